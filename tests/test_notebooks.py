@@ -48,12 +48,6 @@ def test_jupytext_writes_a_notebook_as_it_is_stored(path: Path) -> None:
     assert re.sub(r" +(format|jupytext)_version: .+\n", "", written) == text
 
 
-@pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
-def test_links_of_a_notebook_lead_to_files(path: Path) -> None:
-    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text("utf-8")):
-        assert (path.parent / target).exists(), target
-
-
 # Each notebook takes ten seconds or more.
 @pytest.mark.nightly
 @pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)

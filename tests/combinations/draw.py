@@ -64,16 +64,7 @@ FORAGERS: Final = {
 MODELS: Final = {"model": [name for name in registry.package_parts("model") if name != "miniworld"]}
 DEFAULTS: Final = {
     "model": "nk-climbers",
-    **{
-        path: values[0]
-        for path, values in {**FORAGERS, **BREEDING}.items()
-        if isinstance(values, list)
-    },
-    **{
-        path: next(iter(values))
-        for path, values in {**FORAGERS, **BREEDING}.items()
-        if not isinstance(values, list)
-    },
+    **{path: next(iter(values)) for path, values in {**FORAGERS, **BREEDING}.items()},
 }
 
 

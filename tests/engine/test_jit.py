@@ -104,14 +104,6 @@ def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_pa
     assert patched != later
 
 
-def test_importing_the_package_creates_no_folder(tmp_path: Path) -> None:
-    environment = {**os.environ, "BALDWINLAB_CACHE": str(tmp_path / "cache")}
-    subprocess.run(
-        [sys.executable, "-c", "import baldwinlab; baldwinlab.load"], env=environment, check=True
-    )
-    assert not (tmp_path / "cache").exists()
-
-
 def test_a_simulation_without_the_compiler_has_the_same_results(tmp_path: Path) -> None:
     code = """
 from tests.worlds import make_small_experiment

@@ -7,16 +7,16 @@ int32 [child, 2] with the fitter parent first.
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
-from scipy.stats import rankdata
 
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Genome, Parents, Uniforms
-from baldwinlab.experiment import Evolution, Experiment
+from baldwinlab.experiment import Evolution, Experiment, registry
+from tests.oracles.parts import find_oracle
 
 _WEIGHT_PURPOSES = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
 
@@ -122,36 +122,10 @@ def compute_learning_cost(
 
 
 def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
-    """Draw two parents for each child, independently and with replacement.
-
-    The fitter parent comes first. `uniforms` is [agent, 2, 4] in (0, 1).
-    """
-    agents = fitness.size
-    draws = uniforms[:, 0]
-    if scheme == "tournament":
-        # Axes: child, parent, contestant.
-        contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)
-        drawn: npt.NDArray[Any] = _fitter_first(contestants, fitness)[..., 0]
-    elif scheme == "truncation":
-        half = max(1, agents // 2)
-        # Agents of equal fitness are in random order.
-        best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]
-        drawn = best[(draws[:, :2] * half).astype(np.int32)]
-    elif scheme == "neutral":
-        drawn = draws[:, :2] * agents
-    else:
-        shares = rankdata(fitness) if scheme == "rank" else fitness
-        drawn = _spin(shares, draws[:, :2])
-    return _fitter_first(drawn.astype(np.int32), fitness)
-
-
-def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.integer]:
-    """Draw with probability proportional to the share, uniformly if all shares are 0."""
-    wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
-    drawn: npt.NDArray[np.integer] = np.minimum(
-        np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1
-    )
-    return drawn
+    """Draw two parents for each child. The fitter parent comes first."""
+    choose_parents = find_oracle(registry.find_class("selection", scheme))
+    pairs = choose_parents(SimpleNamespace(), fitness.tolist(), uniforms.tolist())
+    return _fitter_first(np.array(pairs, np.int32), fitness)
 
 
 def _fitter_first(pairs: Parents, fitness: npt.NDArray[np.float64]) -> Parents:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
 
 from baldwinlab import papers
 from baldwinlab.evolution import (
     GenerationKey,
-    apply_inheritance,
-    breed,
     compute_learning_cost,
     draw_genomes,
 )
@@ -70,17 +67,6 @@ def test_lamarckian_children_inherit_the_learned_weights_of_their_parents() -> N
             assert (from_first | from_second).all()
 
 
-def test_the_lamarckian_share_of_the_learned_change_is_inherited() -> None:
-    experiment = load("evo+self-taught/A").replace(
-        evolution={"lamarckian_share": 0.25}, population={"size": 3}
-    )
-    newborns = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    learned = newborns[:, 0] + 4
-    inherited = apply_inheritance(experiment, newborns, learned)
-    np.testing.assert_allclose(inherited[:, 0], newborns[:, 0] + 1, atol=1e-6)
-    np.testing.assert_array_equal(inherited[:, 1], newborns[:, 1])
-
-
 def test_a_replay_under_lamarckian_inheritance_agrees_with_its_run() -> None:
     experiment = make_small_experiment(
         "evo+self-taught",
@@ -126,32 +112,6 @@ def test_an_agent_that_does_not_learn_has_no_learning_cost() -> None:
     assert compute_learning_cost(experiment, genome, None).tolist() == [0] * 6
 
 
-def children_with(
-    teacher: str,
-) -> tuple[Experiment, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
-    experiment = load("evo+self-taught/A").replace(
-        learning={"teacher": teacher}, population={"size": 200}
-    )
-    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    return experiment, breed(experiment, genome, np.arange(200.0), GenerationKey(1, 0, 1))[0]
-
-
-def test_shuffled_teachers_are_a_permutation_of_the_inherited_teachers() -> None:
-    (_, inherited), (_, shuffled) = children_with("inherited"), children_with("shuffled")
-    np.testing.assert_array_equal(shuffled[:, 0], inherited[:, 0])
-    assert sorted(map(tuple, shuffled[:, 1])) == sorted(map(tuple, inherited[:, 1]))
-    assert (shuffled[:, 1, 0] == inherited[:, 1, 0]).mean() < 0.05
-
-
-def test_fresh_teachers_have_new_weights_from_the_standard_normal_distribution() -> None:
-    (_, inherited), (experiment, fresh) = children_with("inherited"), children_with("fresh")
-    np.testing.assert_array_equal(fresh[:, 0], inherited[:, 0])
-    assert kstest(fresh[:, 1].ravel(), "norm").pvalue > 0.001
-    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    assert np.intersect1d(fresh[:, 1], inherited[:, 1]).size < 5
-    assert np.intersect1d(fresh[:, 1], founders[:, 1]).size < 5
-
-
 def test_the_learning_rate_gene_is_inherited_like_a_weight() -> None:
     experiment = make_small_experiment(
         "evo+self-taught", learning={"evolved_rate": True}, evolution={"mutation_rate": 0}
@@ -163,17 +123,6 @@ def test_the_learning_rate_gene_is_inherited_like_a_weight() -> None:
     for generation in (1, 2):
         pair = genes[generation - 1][parents[generation]]
         assert (genes[generation][:, None] == pair).any(axis=1).all()
-
-
-def test_founders_have_the_same_weights_with_and_without_a_learning_rate_gene() -> None:
-    with_gene, without_gene = (
-        draw_genomes(
-            load("evo+self-taught/A").replace(learning={"evolved_rate": evolved}),
-            GenerationKey(1, 0, 0),
-        )
-        for evolved in (True, False)
-    )
-    np.testing.assert_array_equal(with_gene[..., :-1], without_gene)
 
 
 @pytest.mark.parametrize("control", papers.load().names("controls"))

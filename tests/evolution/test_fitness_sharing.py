@@ -11,21 +11,25 @@ from scipy.stats import binomtest, chisquare
 
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Parents, select
-from baldwinlab.experiment import ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.lifetimes import make_lifetimes
 
 ROUNDS = 300
 
 
+def share_fitness(**settings: Any) -> Experiment:
+    experiment: Experiment = load("evo/A").replace(
+        evolution={"selection": "fitness-sharing", "fitness_sharing": settings}
+    )
+    return experiment
+
+
 def draw_parents(
-    genome: npt.NDArray[np.float32], fitness: Any, generation: int, **settings: Any
+    experiment: Experiment, genome: npt.NDArray[np.float32], fitness: Any, generation: int
 ) -> Parents:
     key = GenerationKey(5, 0, generation)
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
-    experiment = load("evo/A").replace(
-        evolution={"selection": "fitness-sharing", "fitness_sharing": settings}
-    )
     return select(experiment, np.asarray(fitness, float), uniforms, make_lifetimes(genome), key)
 
 
@@ -33,8 +37,9 @@ def count_parents(
     genome: npt.NDArray[np.float32], fitness: Any, **settings: Any
 ) -> npt.NDArray[np.int64]:
     """Return how often each agent is a parent in many rounds."""
+    experiment = share_fitness(**settings)
     draws = [
-        draw_parents(genome, fitness, generation, **settings).ravel()
+        draw_parents(experiment, genome, fitness, generation).ravel()
         for generation in range(1, ROUNDS + 1)
     ]
     return np.bincount(np.concatenate(draws), minlength=len(genome))
@@ -77,6 +82,6 @@ def test_two_agents_share_by_their_distance(exponent: int, shared: float) -> Non
 
 def test_a_negative_fitness_and_graphs_are_refused() -> None:
     with pytest.raises(ValueError, match="the fitness of agent 1 is -1 and must be 0 or more"):
-        draw_parents(make_niches(1, 1), [1.0, -1.0], 1)
+        draw_parents(share_fitness(), make_niches(1, 1), [1.0, -1.0], 1)
     with pytest.raises(ExperimentError, match=r"choose evolution\.selection = .species."):
         load("neat-xor").replace(evolution={"selection": "fitness-sharing"})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,6 @@ from scipy.stats import kstest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed
-from baldwinlab.evolution.infinitesimal import Infinitesimal
-from tests.oracles.parts import check_built_in_parts
-from tests.oracles.variation import breed_infinitesimal
 
 
 def breed_generations(std: float, size: float, generations: int) -> Any:
@@ -34,20 +30,6 @@ def breed_generations(std: float, size: float, generations: int) -> Any:
     return result
 
 
-def test_a_child_is_the_mean_of_its_parents_plus_the_quantile_of_its_draw() -> None:
-    generator = np.random.default_rng(2)
-    fitter, second = generator.normal(0, 1, (2, 3, 4)).astype(np.float32)
-    draws = generator.random((12, 4))
-    part = SimpleNamespace(size=0.7)
-    child = np.empty((3, 4), np.float32)
-    Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
-    expected = breed_infinitesimal(part, fitter.tolist(), second.tolist(), draws.tolist(), 0.5)
-    assert child == pytest.approx(np.array(expected), abs=1e-6)
-    draws[:, 2] = 0.5
-    Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
-    assert (child == (fitter + second) / 2).all()
-
-
 def test_the_variance_approaches_twice_that_of_segregation() -> None:
     """Each generation halves the variance of the parents and adds that of segregation."""
     variance = 4.0
@@ -59,10 +41,3 @@ def test_the_variance_approaches_twice_that_of_segregation() -> None:
 def test_the_children_of_equal_parents_are_normal() -> None:
     children = breed_generations(0.0, 0.5, 1)[-1]
     assert kstest(children.ravel() / 0.5, "norm").pvalue > 0.001
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [
-        finding for finding in check_built_in_parts(Infinitesimal) if finding.holds is False
-    ] == []

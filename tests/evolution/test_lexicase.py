@@ -20,14 +20,14 @@ from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
 
 ROUNDS = 400
+EXPERIMENT = load("evo/A").replace(evolution={"selection": "lexicase"})
 
 
 def draw_parents(lifetimes: Lifetimes, generation: int) -> Parents:
     key = GenerationKey(5, 0, generation)
     n_agents = len(lifetimes.energy)
     uniforms = key.uniforms(rng.SELECTION, (n_agents, 2))
-    experiment = load("evo/A").replace(evolution={"selection": "lexicase"})
-    return select(experiment, np.zeros(n_agents), uniforms, lifetimes, key)
+    return select(EXPERIMENT, np.zeros(n_agents), uniforms, lifetimes, key)
 
 
 def count_parents(lifetimes: Lifetimes) -> npt.NDArray[np.int64]:
@@ -63,25 +63,27 @@ def make_cases(eaten: Any, **records: Any) -> Lifetimes:
     )
 
 
-def test_the_frequencies_of_parents_equal_the_exact_probabilities() -> None:
-    eaten = [[5, 0, 3, 5, 0, 2], [0, 5, 3, 0, 5, 2]]
-    records = {"distance": [1, 1, 9, 2, 1, 2], "age": [4, 4, 4, 4, 4, 9]}
+@pytest.mark.parametrize(
+    ("eaten", "records"),
+    [
+        (
+            [[5, 0, 3, 5, 0, 2], [0, 5, 3, 0, 5, 2]],
+            {"distance": [1, 1, 9, 2, 1, 2], "age": [4, 4, 4, 4, 4, 9]},
+        ),
+        # Agent 2 has the highest mean and is never a parent.
+        ([[9, 0, 8], [0, 9, 8]], {}),
+        # The first three agents are equal.
+        ([[3, 3, 3, 1]], {}),
+    ],
+)
+def test_the_frequencies_of_parents_equal_the_exact_probabilities(
+    eaten: list[list[int]], records: dict[str, list[int]]
+) -> None:
     expected = selection_probabilities([*eaten, *records.values()])
     counts = count_parents(make_cases(eaten, **records))
     assert (counts[expected == 0] == 0).all()
     possible = expected > 0
     assert chisquare(counts[possible], expected[possible] * counts.sum()).pvalue > 0.001
-
-
-def test_an_agent_that_is_second_in_all_cases_is_never_a_parent() -> None:
-    """Its mean over the cases is the highest, but it is the best in no case."""
-    counts = count_parents(make_cases([[9, 0, 8], [0, 9, 8]]))
-    assert counts[2] == 0
-    assert chisquare(counts[:2]).pvalue > 0.001
-
-
-def test_agents_that_are_equal_in_all_cases_are_equally_frequent_parents() -> None:
-    assert chisquare(count_parents(make_cases([[3, 3, 3, 1]]))[:3]).pvalue > 0.001
 
 
 def test_a_record_without_a_value_is_the_lowest_value() -> None:

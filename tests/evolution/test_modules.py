@@ -46,26 +46,28 @@ def make_child(
 
 
 @for_every_variation
-@pytest.mark.parametrize("modules", [1, 2, 3, 5])
+@pytest.mark.parametrize(("modules", "genes"), [(1, 1), (1, 7), (2, 7), (3, 7), (5, 7)])
 def test_a_child_of_several_modules_equals_the_oracle_and_the_child_of_flat_genomes(
-    name: str, modules: int
+    name: str, modules: int, genes: int
 ) -> None:
+    """Half of the random numbers are multiples of 1/20, among them the rates and 1/2."""
     random = np.random.default_rng(modules)
     for settings in SETTINGS:
         part = breeding_part(
             load("evo/A").replace(evolution={"variation": name, **settings}), "variation"
         )[0]
-        for _ in range(20):
-            fitter, second_parent = (random.integers(0, 16, (2, modules, 7)) * 4 / 15 - 2).astype(
-                np.float32
-            )
-            draws = random.random((modules * 7, 4))
-            gate = float(random.random())
+        for number in range(40):
+            levels = random.integers(0, 16, (2, modules, genes))
+            fitter, second_parent = (levels * 4 / 15 - 2).astype(np.float32)
+            rows = random.random((modules * genes + 1, 4))
+            if number % 2:
+                rows = random.integers(1, 20, rows.shape) / 20
+            draws, gate = rows[:-1], float(rows[-1, 0])
             child = make_child(part, fitter, second_parent, draws, gate)
             expected = find_oracle(type(part).part)(
                 part, fitter.tolist(), second_parent.tolist(), draws.tolist(), gate
             )
-            np.testing.assert_allclose(child, expected, rtol=1e-5, atol=1e-5)
+            np.testing.assert_allclose(child, expected, rtol=1e-6, atol=1e-6)
             child_of_flat_genomes = make_child(
                 part, fitter.reshape(1, -1), second_parent.reshape(1, -1), draws, gate
             )

@@ -64,16 +64,6 @@ def test_the_teacher_of_a_child_is_the_action_module_of_its_parents_at_death() -
         assert (from_first | from_second).all()
 
 
-def test_a_copy_of_a_parent_that_learned_nothing_has_a_teacher_equal_to_its_action_module() -> None:
-    run = simulate_in_python(
-        with_social_heredity(
-            "evolution.variation=copy", "learning.rate=0", "evolution.generations=2"
-        ),
-        2,
-    )
-    np.testing.assert_array_equal(run["genome"].values[1, :, 0], run["genome"].values[1, :, 1])
-
-
 def test_without_teachers_social_heredity_equals_darwinian_inheritance() -> None:
     experiment = with_social_heredity("learning.rule=none", "learning.rate=0.01")
     social = simulate_in_python(experiment, 2)

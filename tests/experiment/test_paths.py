@@ -21,7 +21,7 @@ from baldwinlab.studies.sweeps.file import validate_sweep
 
 EXPERIMENT = bl.load("evo+self-taught/A")
 REGIONS = [{"count": 3, "x": [10, 20], "y": [30.5, 40.0]}]
-# Each spelling with the path and the value of the setting in the experiment.
+# Each spelling, also with values of NumPy, with the path and value of the setting.
 SPELLINGS: dict[str, tuple[Mapping[str, Any], str, Any]] = {
     "a path": ({"motor.noise": 0.25}, "motor.noise", 0.25),
     "tables": ({"motor": {"noise": 0.25}}, "motor.noise", 0.25),
@@ -30,8 +30,6 @@ SPELLINGS: dict[str, tuple[Mapping[str, Any], str, Any]] = {
     "an index in tables": ({"world": {"food": {"0": {"count": 7}}}}, "world.food.0.count", 7),
     "a list of numbers": ({"world.food.0.x": [1, 2.5]}, "world.food.0.x", [1.0, 2.5]),
     "a list of tables": ({"world.food": REGIONS}, "world.food.0.y", [30.5, 40.0]),
-}
-NUMPY_SPELLINGS: dict[str, tuple[Mapping[str, Any], str, Any]] = {
     "a float of NumPy": ({"motor.noise": np.float32(0.25)}, "motor.noise", 0.25),
     "an integer of NumPy": ({"world.food.0.count": np.int32(7)}, "world.food.0.count", 7),
     "an array": ({"world.food.0.x": np.array([1, 2.5])}, "world.food.0.x", [1.0, 2.5]),
@@ -125,16 +123,6 @@ def test_each_spelling_of_a_setting_works_at_each_entry(
     spelling: str, entry: Callable[[Mapping[str, Any]], Experiment]
 ) -> None:
     settings, path, expected = SPELLINGS[spelling]
-    value, _ = look_up(entry(settings), path)
-    assert to_plain_data(value) == expected
-
-
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.__name__)
-@pytest.mark.parametrize("spelling", NUMPY_SPELLINGS)
-def test_values_of_numpy_are_numbers_at_each_entry(
-    spelling: str, entry: Callable[[Mapping[str, Any]], Experiment]
-) -> None:
-    settings, path, expected = NUMPY_SPELLINGS[spelling]
     value, _ = look_up(entry(settings), path)
     assert to_plain_data(value) == expected
 

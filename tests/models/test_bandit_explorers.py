@@ -12,7 +12,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.bandit_exploration import Bandit, compute_payoff
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.bandit_explorers import BanditExplorers
@@ -90,19 +89,6 @@ def test_single_pulls_have_the_mean_payoff_of_the_closed_form() -> None:
     assert abs(payoffs.mean() - model.expected_payoffs[3]) < 4 * error
 
 
-def test_a_hard_coded_agent_has_fitness_1_with_and_without_learning() -> None:
-    for model in (BanditExplorers(), BanditExplorers().without_learning()):
-        assert (model.simulate(0, [0], 0, make_genomes([0.5, -2.0])).energy == 1).all()
-
-
-def test_exploration_without_learning_costs_one_payoff_per_pull() -> None:
-    model = BanditExplorers(bandits=2000).without_learning()
-    results = model.simulate(0, [0], 0, make_genomes([8.0] * 50))
-    error = results.energy.std() / np.sqrt(50)
-    assert abs(results.energy.mean() - (1 - 8 / 100)) < 4 * error
-    assert (results.records["accepted"] == 0).all()
-
-
 def test_founders_explore_uniformly() -> None:
     experiment = assign(bl.load("uncertain"), ["population.size=5000"])
     pulls = draw_genomes(experiment, GenerationKey(0, 0, 0))[:, 0, 0]
@@ -135,8 +121,3 @@ def test_evolution_learns_or_hard_codes() -> None:
         experiment = assign(bl.load(name), ["evolution.generations=21"])
         for history in simulate_histories(experiment, 1, range(2)):
             assert low <= history.recorded_values("explores")[-1].mean() <= high
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(BanditExplorers) if finding.holds is False] == []

@@ -11,9 +11,8 @@ import pytest
 from scipy.stats import chi2
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, apply_inheritance, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.function_climbers import FunctionClimbers, decode_gray, make_blocks, sine
 from tests.oracles.theory.infinite_population import advance_frequencies
 
@@ -162,15 +161,3 @@ def test_populations_follow_the_recursion_within_their_sampling_error(
         parents = apply_inheritance(experiment, genomes, results.learned[0])
         genomes, _ = breed(experiment, parents, results.energy[0], GenerationKey(4, 0, generation))
     assert 0.001 < chi2.sf(statistic, degrees) < 0.999
-
-
-def test_a_part_of_the_learned_change_cannot_be_inherited() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"evolution\.lamarckian_share = 0\.5 must be 0 or 1 with the model"
-    ):
-        assign(bl.load("baldwinian/deceptive"), ["evolution.lamarckian_share=0.5"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(FunctionClimbers) if finding.holds is False] == []

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.linear_norms import LinearNorms
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.theory.reaction_norm import Normal, Setting, breed_normal
@@ -115,13 +114,3 @@ def test_without_plasticity_slopes_have_no_effect() -> None:
 def test_fitness_is_finite_for_large_mismatches() -> None:
     genomes = np.full((1, 3, 1, 2), 1e6, np.float32)
     assert (LinearNorms().simulate(SEED, [0], 1, genomes).energy > 0).all()
-
-
-def test_a_peak_without_width_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"linear_norms\.peak_width"):
-        assign(bl.load("plastic-norms"), ["linear_norms.peak_width=0"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(LinearNorms) if finding.holds is False] == []

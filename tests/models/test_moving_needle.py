@@ -9,8 +9,7 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.moving_needle import MovingNeedle
 from baldwinlab.parts import LIFE, uniforms
@@ -133,16 +132,3 @@ def test_measures_use_the_second_half_of_the_generations() -> None:
     assert MovingNeedle.measures["fitness"].of(run).item() == pytest.approx(
         run.energy.values[0, 6:].mean()
     )
-
-
-def test_a_negative_period_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"^moving_needle\.period = -1: input should be greater than or equal to 0",
-    ):
-        assign(bl.load("moving-needle"), ["moving_needle.period=-1"])
-
-
-@pytest.mark.nightly
-def test_the_model_passes_all_checks() -> None:
-    assert [finding for finding in check_part(MovingNeedle) if finding.holds is False] == []

@@ -17,9 +17,8 @@ from baldwinlab.analysis.theory.moving_optimum import (
     variance_of_mutations,
     variance_of_segregation,
 )
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.moving_optimum import MovingOptimum
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -180,16 +179,3 @@ def test_the_half_time_after_a_jump_matches_theory() -> None:
 def test_a_run_that_never_halves_its_distance_has_no_half_time() -> None:
     experiment = make_experiment("evolution.generations=3", "moving_optimum.jump=50")
     assert np.isnan(measure(experiment, seed=1)["half-time"])
-
-
-def test_a_share_above_1_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"^moving_optimum\.learned_share = 1\.5: input should be less than or equal to 1",
-    ):
-        make_experiment("moving_optimum.learned_share=1.5")
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(MovingOptimum) if finding.holds is False] == []

@@ -9,13 +9,10 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.evolution.ordinal_selection import LargerTournament
-from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.nk_climbers import BitFlips, NKClimbers, landscape
+from baldwinlab.experiment import assign
+from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
-from tests.oracles.parts import check_built_in_parts
 
 BITS = 12
 
@@ -90,13 +87,18 @@ def simulate_in_python(
     return height(string), string
 
 
-def test_a_lifetime_agrees_with_plain_python() -> None:
-    model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02)
+@pytest.mark.parametrize("correlation", [1.0, 0.5])
+def test_a_lifetime_agrees_with_plain_python(correlation: float) -> None:
+    model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02, correlation=correlation)
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0], 3, newborns)
+    numbers = model.numbers(newborns[0])
+    starts = model.start_learning(7, 0, numbers)
     assert results.learned is not None
     for agent in range(40):
-        string = [int(bit) for bit in newborns[0, agent, 0]]
+        string = [(int(starts[agent]) >> bit) & 1 for bit in range(8)]
+        if correlation == 1:
+            assert string == newborns[0, agent, 0].tolist()
         height, final_bits = simulate_in_python(model, string, agent)
         changed = sum(before != after for before, after in zip(string, final_bits, strict=True))
         assert (
@@ -106,6 +108,8 @@ def test_a_lifetime_agrees_with_plain_python() -> None:
             results.records["changed"][0, agent] == changed
             and results.cost[0, agent] == 0.02 * changed
         )
+    innate = landscape(7, 0, 8, 3)[numbers]
+    assert (results.records["innate"][0] == innate.astype(np.float32)).all()
     assert (results.energy > results.records["innate"]).any()
 
 
@@ -141,23 +145,6 @@ def test_the_correlation_is_the_squared_correlation_of_distances() -> None:
         for bits in (start_bits(1.0), start_bits(0.5))
     )
     assert np.corrcoef(genome, start)[0, 1] ** 2 == pytest.approx(0.5, abs=0.05)
-
-
-def test_with_random_bits_a_lifetime_agrees_with_plain_python() -> None:
-    model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02, correlation=0.5)
-    genomes = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
-    results = model.simulate(7, [0], 3, genomes)
-    starts = model.start_learning(7, 0, model.numbers(genomes[0]))
-    assert results.learned is not None
-    for agent in range(40):
-        start = [(int(starts[agent]) >> bit) & 1 for bit in range(8)]
-        height, final_bits = simulate_in_python(model, start, agent)
-        changed = sum(before != after for before, after in zip(start, final_bits, strict=True))
-        assert results.energy[0, agent] == height
-        assert results.learned[0, agent].tolist() == final_bits
-        assert results.records["changed"][0, agent] == changed
-    innate = landscape(7, 0, 8, 3)[model.numbers(genomes[0])]
-    assert (results.records["innate"][0] == innate.astype(np.float32)).all()
 
 
 def test_without_correlation_learned_fitness_does_not_depend_on_the_genome() -> None:
@@ -228,21 +215,3 @@ def test_the_share_of_winners_in_the_better_half_matches_theory() -> None:
     _, parents = breed(experiment, strings, np.arange(4000.0), GenerationKey(0, 0, 1))
     share = (parents >= 2000).mean()
     assert abs(share - 0.875) < 4 * np.sqrt(0.875 * 0.125 / parents.size)
-
-
-def test_a_k_of_at_least_the_number_of_bits_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"nk_climbers\.k = 8 must be less than nk_climbers\.bits = 8"
-    ):
-        assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    only: Any = ["fields", "limits", "arithmetic", "oracle"]
-    findings = [
-        *check_part(NKClimbers),
-        *check_built_in_parts(BitFlips, requirements=only),
-        *check_built_in_parts(LargerTournament, requirements=only),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

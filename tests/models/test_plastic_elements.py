@@ -12,9 +12,8 @@ import xarray as xr
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_elements import PlasticElements
 from baldwinlab.parts import LIFE, uniforms
 from tests.oracles.theory.element_selection import (
@@ -189,24 +188,3 @@ def test_agreement_counts_only_pairs_with_different_predictions() -> None:
 
 def test_equal_elements_have_no_predicted_order() -> None:
     assert np.isnan(agreement(PlasticElements(), "order-by-selection", [[1] * 8])).all()
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ("weights=[1, 2]", r"plastic_elements\.weights has 2 numbers; .* needs as many as .* 8"),
-        (
-            "prerequisites=[0, 2, 0, 0, 0, 0, 0, 0]",
-            r"prerequisites: element 2 needs element 2; .* with a smaller number, or 0",
-        ),
-        ("success_probabilities=[2]", r"success_probabilities\.0"),
-    ],
-)
-def test_invalid_elements_are_refused(change: str, message: str) -> None:
-    with pytest.raises(ExperimentError, match=message):
-        assign(bl.load("equal"), [f"plastic_elements.{change}"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(PlasticElements) if finding.holds is False] == []

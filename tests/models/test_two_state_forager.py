@@ -10,9 +10,8 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.two_state_forager import STATE_GENERATION, TwoStateForager
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
@@ -147,15 +146,3 @@ def test_without_learning_no_agent_has_the_cost() -> None:
 def test_only_an_unpredictable_first_state_makes_assimilation_impossible() -> None:
     assert TwoStateForager(between_persistence=0.5).assimilation_obstacle
     assert not TwoStateForager(between_persistence=0.6).assimilation_obstacle
-
-
-def test_a_probability_above_1_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"^two_state_forager\.within_persistence = 2: input should be less"
-    ):
-        assign(bl.load("two-state-forager"), ["two_state_forager.within_persistence=2"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(TwoStateForager) if finding.holds is False] == []

@@ -5,14 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 
-def move_stay(part: Any, agent: Any, naive: Any) -> None:
-    agent.action = agent.outputs.index(max(agent.outputs))
-    degrees = (-9, 0, 9, 0)[agent.action]
-    distance = (1, 2, 1, 0)[agent.action]
-    agent.heading += degrees
-    naive.advance(agent, distance)
-
-
 def move_grid(part: Any, agent: Any, naive: Any) -> None:
     agent.action = agent.outputs.index(max(agent.outputs))
     agent.heading = 90 * agent.action
@@ -27,9 +19,10 @@ def move_continuous(part: Any, agent: Any, naive: Any) -> None:
 
 
 def move_walker(part: Any, agent: Any, naive: Any) -> None:
+    """Move a walker, or a body `stay`, which has a fourth action."""
     agent.action = agent.outputs.index(max(agent.outputs))
-    degrees = (-9, 0, 9)[agent.action]
-    distance = (1, 2, 1)[agent.action]
+    degrees = (-9, 0, 9, 0)[agent.action]
+    distance = (1, 2, 1, 0)[agent.action]
     agent.heading += degrees
     naive.advance(agent, distance)
 

@@ -19,14 +19,6 @@ def apply_modulated(part: Any, agents: Any, agent: Any, naive: Any) -> None:
     _change_weights(part, agent, naive, _compute_gate(agent, naive))
 
 
-def apply_evolved_abcd(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-    _change_weights(part, agent, naive)
-
-
-def apply_evolved_modulated(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-    _change_weights(part, agent, naive, _compute_gate(agent, naive))
-
-
 def apply_hebb(part: Any, agents: Any, agent: Any, naive: Any) -> None:
     _update_weights(HEBB, agent, naive)
 

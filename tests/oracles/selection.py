@@ -166,7 +166,9 @@ def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
     sums = _sum_shares(shares)
 
     def draw_agent(draw: float) -> int:
-        return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
+        # A product can round up to the sum.
+        ends = (agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
+        return next(ends, len(sums) - 1)
 
     # The first two random numbers of a child select its two parents.
     return [[draw_agent(draw) for draw in draws[0][:2]] for draws in uniforms]

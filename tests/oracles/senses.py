@@ -39,19 +39,31 @@ def compute_compass(part: Any, agent: Any, items: Any, naive: Any) -> Any:
 
 def compute_food_rays(part: Any, agent: Any, items: Any, naive: Any) -> Any:
     food = [item for item in items if item.kind == FOOD]
+    rays = zip(part.sine[: part.n_inputs], part.cosine[: part.n_inputs], strict=True)
+    degrees = [math.degrees(math.atan2(sine, cosine)) for sine, cosine in rays]
+    return _compute_rays(degrees, part.item_radius, agent, food, naive)
 
-    def ray_input(ray: int) -> float:
-        ray_degrees = math.degrees(math.atan2(part.sine[ray], part.cosine[ray]))
-        nearest = float(naive.visual_radius)
-        for item in food:
+
+def compute_rays(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+    targets = [item for item in items if item.kind == naive.kinds[part.number]]
+    return _compute_rays(RAY_DEGREES, part.item_radius, agent, targets, naive)
+
+
+def _compute_rays(degrees: Any, item_radius: float, agent: Any, items: Any, naive: Any) -> Any:
+    """Return 1 - the distance of the first item on each ray, relative to the visual radius."""
+    visual_radius = float(naive.visual_radius)
+
+    def ray_input(ray_degrees: float) -> float:
+        nearest = visual_radius
+        for item in items:
             distance = naive.distance(agent, item)
             angle = math.radians(naive.bearing(agent, item) - ray_degrees)
-            is_on_line = abs(distance * math.sin(angle)) <= part.item_radius
-            if is_on_line and (math.cos(angle) >= 0 or distance <= part.item_radius):
+            is_on_line = abs(distance * math.sin(angle)) <= item_radius
+            if is_on_line and (math.cos(angle) >= 0 or distance <= item_radius):
                 nearest = min(nearest, distance)
-        return 1 - nearest / float(naive.visual_radius)
+        return 1 - nearest / visual_radius
 
-    return [ray_input(ray) for ray in range(part.n_inputs)]
+    return [ray_input(ray_degrees) for ray_degrees in degrees]
 
 
 def compute_nearest(part: Any, agent: Any, items: Any, naive: Any) -> Any:
@@ -89,21 +101,6 @@ def compute_smell(part: Any, agent: Any, items: Any, naive: Any) -> Any:
 def compute_energy_sense(part: Any, agent: Any, items: Any, naive: Any) -> Any:
     gained_energy = max(0.0, agent.gained_in_life)
     return [gained_energy / (gained_energy + float(part.half_saturation))]
-
-
-def compute_rays(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-    def ray_input(ray_degrees: float) -> float:
-        distances = []
-        for item in (item for item in items if item.kind == naive.kinds[part.number]):
-            distance = naive.distance(agent, item)
-            angle = math.radians(naive.bearing(agent, item) - ray_degrees)
-            if abs(distance * math.sin(angle)) <= part.item_radius and (
-                math.cos(angle) >= 0 or distance <= part.item_radius
-            ):
-                distances.append(distance)
-        return max(0.0, 1 - float(min(distances, default=math.inf)) / float(naive.visual_radius))
-
-    return [ray_input(degrees) for degrees in RAY_DEGREES]
 
 
 def compute_sight(part: Any, agent: Any, items: Any, naive: Any) -> Any:

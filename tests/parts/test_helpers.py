@@ -40,7 +40,6 @@ from baldwinlab.parts import (
     remove_item,
     reset_energy,
     shortest_difference,
-    sigmoid,
     square_root,
     update_energy,
     was_eaten,
@@ -174,11 +173,6 @@ def test_a_wrapped_position_is_on_the_map(position: float) -> None:
     wrapped = wrap_position(np.float32(position), SPAN)
     assert 0 <= wrapped <= 120
     assert wrapped == pytest.approx(position % 120, abs=1e-4) or position % 120 > 119.99
-
-
-@given(st.floats(-30, 30))
-def test_the_sigmoid_is_near_the_logistic_function(z: float) -> None:
-    assert sigmoid(np.float32(z)) == pytest.approx(1 / (1 + math.exp(-z)), abs=3e-7)
 
 
 def test_the_square_root_is_exact() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -39,16 +38,6 @@ def test_a_run_can_be_repeated_from_its_attributes() -> None:
     assert {"baldwinlab", "numba", "numpy", "python", "platform"} <= set(run.attrs)
 
 
-def test_different_seeds_and_run_numbers_give_different_runs() -> None:
-    runs = [
-        simulate(shorten_preset(), seed=seed, run=run)
-        for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))
-    ]
-    for first, second in combinations(runs, 2):
-        assert not np.array_equal(first.genome, second.genome)
-        assert not np.array_equal(first.food_eaten, second.food_eaten)
-
-
 def test_genomes_are_stored_at_the_given_interval_and_at_the_end() -> None:
     complete = simulate(shorten_preset().replace(evolution={"generations": 6}), seed=1)
     sparse = simulate(
@@ -74,28 +63,6 @@ def test_a_history_contains_only_the_genomes_to_store() -> None:
     )
     assert stored_generations == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
     assert encode_record(history.record()) == encode_record(history.dataset())
-
-
-def test_energy_comes_from_items_and_determines_the_parents() -> None:
-    food = [
-        {"x": [400, 560], "y": [80, 240], "count": 30, "energy": 2.5},
-        {"x": [380, 560], "y": [60, 260], "count": 20, "energy": 0},
-    ]
-    run = simulate(shorten_preset("evo/A").replace(world={"food": food}), seed=3)
-    assert run.energy.sum() > 0
-    assert (run.energy % 2.5 == 0).all()
-    assert (run.energy <= 2.5 * run.food_eaten).all()
-    fit = run.energy.values[:-1] > 0
-    for generation in range(2):
-        if fit[generation].any():
-            assert fit[generation][run.parents.values[generation + 1]].all()
-
-
-def test_parents_are_recorded_from_the_second_generation() -> None:
-    run = simulate(shorten_preset(), seed=1)
-    assert (run.parents[0] == -1).all()
-    assert ((run.parents[1:] >= 0) & (run.parents[1:] < 20)).all()
-    assert (simulate(shorten_preset("self-taught/A"), seed=1).parents == -1).all()
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,6 @@ from baldwinlab.evolution.neat.genome import (
     node_number,
     node_row,
 )
-from baldwinlab.experiment import ExperimentError
-from baldwinlab.papers.presets import load
 from tests.evolution.neat.grown import LINK_CAPACITY, evolved, first_network, genes_of, make_network
 from tests.oracles import neat as oracle
 
@@ -67,19 +65,6 @@ def test_paths_include_disabled_links() -> None:
     ]
 
 
-def test_a_network_without_hidden_nodes_is_one_logistic_unit() -> None:
-    total = 0.1 * -1 + 0.2 * 0.5 + 0.3
-    assert compute_output(first_network(), [-1, 0.5], 2.0) == pytest.approx(
-        1 / (1 + np.exp(-2 * total)), abs=1e-6
-    )
-
-
-def test_a_disabled_link_does_not_contribute_to_the_output() -> None:
-    hidden = 1 / (1 + np.exp(-4.9))
-    expected = 1 / (1 + np.exp(-4.9 * (0.5 * hidden - 1.0 + 0.25)))
-    assert compute_output(NETWORK, [1, 1]) == pytest.approx(expected, abs=1e-6)
-
-
 def test_the_output_of_grown_networks_equals_the_oracle() -> None:
     for graph in evolved(25)[:, 0]:
         for inputs in ([0.0, 0.0], [1.0, 0.0], [0.3, -0.7]):
@@ -103,12 +88,3 @@ def test_grown_networks_have_sorted_genes_and_no_cycles() -> None:
                 node for node in hidden | {3} if {a for a, b in pairs if b == node} <= ordered_nodes
             }
         assert ordered_nodes == {0, 1, 2, 3} | hidden, "the graph has a topological order"
-
-
-@pytest.mark.parametrize("model", ["neat-xor", "neat-poles", "neat-poles-without-velocities"])
-def test_graph_models_refuse_a_variation_that_does_not_make_graphs(model: str) -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=f"model = '{model}' is bred by evolution.variation = 'neat', and not 'bit-flips'",
-    ):
-        load(model).replace(evolution={"variation": "bit-flips"})

@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import assign
 from baldwinlab.models.cell_foragers.grid import DRAWS_PER_ENVIRONMENT, GRID_SIZE, N_FOOD_ITEMS
@@ -24,10 +23,8 @@ from baldwinlab.models.cell_foragers.network import (
     backpropagate,
     compute_outputs,
 )
-from baldwinlab.models.cell_foragers.variation import FewMutations
 from baldwinlab.parts import LIFE, GridView, philox, unit
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.oracles.parts import check_built_in_parts
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
@@ -303,15 +300,6 @@ def test_a_lifetime_at_rate_0_equals_a_lifetime_without_learning(learning: str) 
     )
 
 
-def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> None:
-    forager_model = make_model("auto-teaching", steps_per_environment=200)
-    newborns = np.repeat(draw_random_genomes(forager_model, 30), 2, axis=0)
-    both = forager_model.simulate(7, [0, 5], 3, newborns)
-    single = forager_model.simulate(7, [5], 3, newborns[1:])
-    assert both.energy.max() <= N_FOOD_ITEMS and both.energy.max() > 1
-    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
-
-
 def test_the_number_of_mutations_does_not_depend_on_the_length_of_the_genome() -> None:
     for learning in ("none", "auto-teaching"):
         experiment = assign(bl.load("cell-foragers"), [f"cell_foragers.learning={learning}"])
@@ -335,14 +323,3 @@ def test_auto_teaching_increases_food_within_a_lifetime() -> None:
         histories = simulate_histories(assign(bl.load(name), changes), 0, range(4))
         gains[name] = np.mean([history.recorded_values("gain")[4:].mean() for history in histories])
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(CellForagers),
-        *check_built_in_parts(
-            FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -16,16 +16,13 @@ import pytest
 from scipy.stats import binom
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.cue_learners.lifetimes import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET
 from baldwinlab.models.cue_learners.model import CueLearners
-from baldwinlab.models.cue_learners.variation import OnePointOfUnits
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.oracles.parts import check_built_in_parts
 
 # Step of learning. Sums of this value have no rounding error in float32.
 STEP = 0.125
@@ -170,17 +167,6 @@ def test_the_gain_of_a_hand_built_learner_matches_theory_and_is_below_the_bound(
     )
 
 
-def test_the_advantage_of_counting_over_smell_has_the_specified_values() -> None:
-    accuracies = [0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.85, 0.95, 1]
-    advantage = [
-        round(counting_gain(accuracy) - 50 * (2 * accuracy - 1), 1) for accuracy in accuracies
-    ]
-    assert advantage == [0, 19.1, 28.4, 29.5, 26.9, 23, 14, 4.4, -0.5]
-    assert np.argmax([counting_gain(a, 1000) - 500 * (2 * a - 1) for a in accuracies]) < 3, (
-        "in longer lifetimes, the largest advantage is closer to an accuracy of 1/2"
-    )
-
-
 @pytest.mark.parametrize("accuracy", [0.5, 0.75, 1.0])
 def test_an_agent_that_does_not_learn_gains_at_most_the_gain_by_smell(accuracy: float) -> None:
     """The best fixed network eats items that smell sweet, with the gain (2a - 1) / 2 per item."""
@@ -248,23 +234,3 @@ def test_learning_evolves_if_smell_is_informative_but_not_perfect() -> None:
             for history in simulate_histories(experiment, 0, range(6))
         )
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0
-
-
-def test_other_models_refuse_the_variation_of_cue_learners() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
-    ):
-        assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(CueLearners),
-        *check_built_in_parts(
-            [CueLearners, OnePointOfUnits],
-            requirements=["fields", "limits", "arithmetic", "oracle"],
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

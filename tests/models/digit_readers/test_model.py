@@ -9,16 +9,13 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets, read_bitmaps
 from baldwinlab.models.digit_readers.model import DigitReaders
-from baldwinlab.models.digit_readers.variation import FourBitWeights
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.oracles.parts import check_built_in_parts
 
 Numbers = npt.NDArray[np.float64]
 HIDDEN = 6
@@ -191,14 +188,3 @@ def test_with_many_trials_the_error_is_lower_at_death_and_higher_at_birth() -> N
         }
     assert errors["trials-320"]["error"] < errors["trials-5"]["error"] - 0.2
     assert errors["trials-320"]["innate_error"] > errors["trials-5"]["innate_error"] + 0.05
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(DigitReaders),
-        *check_built_in_parts(
-            FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.erl.model import ErlPopulations
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.models.erl.worlds import (
     SETTINGS,
     SMALL,
 )
-
-
-def test_a_population_is_bit_identical_in_a_batch() -> None:
-    small = assign(bl.load("erl-populations"), [*SETTINGS, "erl_populations.max_steps=200"])
-    for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
-        assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
 def test_measures_equal_the_records() -> None:
@@ -42,11 +34,6 @@ def test_populations_of_the_same_founders_have_different_histories() -> None:
     founders = np.tile(model.founders(1, GenerationKey(4, 0, 0)), (2, 1, 1))
     n_agents = model.simulate(4, [0], 0, founders[None]).records["living"]
     assert n_agents[0, 0] != n_agents[0, 1]
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(ErlPopulations) if finding.holds is False] == []
 
 
 def test_the_settings_for_checks_have_births_and_deaths() -> None:
@@ -73,12 +60,3 @@ def test_a_longer_run_has_the_same_beginning_and_surviving_populations_are_censo
     censored = ErlPopulations.measures["survived"].censored
     assert censored is not None
     np.testing.assert_array_equal(censored(ends[400]), longer == 400)
-
-
-def test_a_number_of_founders_above_the_maximum_population_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"erl_populations\.max_agents = 50 must be at least "
-        r"erl_populations\.initial_agents = 100",
-    ):
-        assign(bl.load("erl-populations"), ["erl_populations.max_agents=50"])

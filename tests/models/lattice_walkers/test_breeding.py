@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
 from baldwinlab.evolution import GenerationKey, breed
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.lattice_walkers.breeding import (
-    LatticeSteps,
-    MutantFixation,
     fixation_probability,
 )
-from tests.oracles.parts import check_built_in_parts
 
 
 @pytest.mark.parametrize("members", [1, 2, 10])
@@ -46,18 +41,3 @@ def test_mutants_replace_their_population_as_often_as_expected(mutant_fitness: f
     error = np.sqrt(probability * (1 - probability) / pairs)
     assert abs((populations == 5).mean() - probability) <= 4 * error
     assert abs((mutants > populations).mean() - 0.5) < 4 * 0.5 / np.sqrt(pairs)
-
-
-def test_an_elite_is_refused_because_it_mixes_the_pairs() -> None:
-    with pytest.raises(ExperimentError, match=r"evolution\.elite = 2"):
-        assign(bl.load("fixed-walk/slope"), ["evolution.elite=2"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    only: Any = ["fields", "limits", "arithmetic", "oracle"]
-    findings = [
-        *check_built_in_parts(MutantFixation, requirements=only),
-        *check_built_in_parts(LatticeSteps, requirements=only),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

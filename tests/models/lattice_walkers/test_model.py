@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.lattice_walkers.landscape import average_neighborhood, climb
 from baldwinlab.models.lattice_walkers.model import LatticeWalkers
 from baldwinlab.simulation.simulate import simulate_histories
@@ -68,17 +67,3 @@ def test_the_mean_time_of_simulated_walks_is_the_expected_time(name: str) -> Non
         assert at_peak.any(axis=0).all()
         times = at_peak.argmax(axis=0)
         assert abs(times.mean() - expected) <= 4 * times.std() / np.sqrt(times.size)
-
-
-def test_fitness_must_be_positive() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"lattice_walkers\.roughness = 1 must be less than 1 \+ lattice"
-    ):
-        assign(
-            bl.load("fixed-walk/slope"), ["lattice_walkers.slope=0", "lattice_walkers.roughness=1"]
-        )
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(LatticeWalkers) if finding.holds is False] == []

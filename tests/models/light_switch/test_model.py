@@ -11,14 +11,11 @@ import pytest
 from scipy.stats import chisquare
 
 from baldwinlab import papers
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS
 from baldwinlab.models.light_switch.model import CHANGED_WORLDS, STANDARD_WORLD, LightSwitch
-from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 from baldwinlab.parts import LIFE, uniforms
-from tests.oracles.parts import check_built_in_parts
 
 KINDS: dict[str, dict[str, Any]] = {
     "neurons": {},
@@ -194,34 +191,12 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
     )
 
 
-def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
-    model = LightSwitch()
-    bits = draw_random_genomes(model)[:, :, 0].astype(int)
-    weights = model._decode_synapses(0, [0], 0, bits).weights
-    assert (
-        weights.min() >= 0
-        and weights.max() <= 0.1
-        and weights.mean() == pytest.approx(0.05, abs=0.002)
-    )
-    assert len(np.unique(weights.reshape(40, -1), axis=0)) == 40
-
-
 def test_an_agent_without_light_has_no_energy() -> None:
     """A robot that does not move never reaches the stripe. An unlit lamp gives no score."""
     model = LightSwitch(encoding="strengths")
     still = np.zeros((1, 3, 1, model.n_weights()), np.float32)
     results = model.simulate(0, [0], 0, still)
     assert (results.energy == 0).all() and (results.records["changed"] == 0).all()
-
-
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    model = LightSwitch(encoding="synapses", steps_per_life=200)
-    newborns = np.repeat(draw_random_genomes(model), 2, axis=0)
-    both = model.simulate(7, [0, 5], 3, newborns)
-    single = model.simulate(7, [5], 3, newborns[1:])
-    for name in ("score", "changed"):
-        assert both.records[name][1].tolist() == single.records[name][0].tolist()
-    assert both.energy[0].tolist() != both.energy[1].tolist()
 
 
 def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None:
@@ -254,14 +229,3 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
         for experiment in (without, without.replace(evolution={"variation": "bit-flips"}))
     ]
     assert (flipped[0] == flipped[1]).all()
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(LightSwitch),
-        *check_built_in_parts(
-            OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -9,8 +9,7 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
-from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.papers.presets import load
+from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
@@ -65,16 +64,3 @@ def test_an_item_counts_by_the_share_of_life_that_remains() -> None:
     expected = (trace.eaten.values * remaining[:, None]).sum(axis=0)
     assert expected.max() > 0
     np.testing.assert_allclose(run.energy.values[0], expected, rtol=1e-5, atol=1e-5)
-
-
-def test_of_two_agents_with_the_same_food_the_earlier_one_is_fitter() -> None:
-    run = simulate(make_experiment("early-food"), seed=3)
-    assert (run.early_energy.values <= run.food_eaten.values + 1e-5).all()
-    has_eaten = run.food_eaten.values > 0
-    assert (run.early_energy.values[has_eaten] > 0).all()
-
-
-@pytest.mark.parametrize("fitness", ["distance", "early-food", "novelty"])
-def test_a_model_without_a_world_is_refused(fitness: str) -> None:
-    with pytest.raises(ExperimentError, match=f"fitness = '{fitness}' reads positions and items"):
-        load("nk-climbers").replace(evolution={"fitness": fitness})

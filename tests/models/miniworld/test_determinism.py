@@ -5,7 +5,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -101,13 +100,6 @@ def test_a_replay_from_recorded_energy_is_the_replay_from_the_seed(
         replay(experiment, seed=4, run=2, generation=generation, energy=energy),
         replay(experiment, seed=4, run=2, generation=generation),
     )
-
-
-def test_a_longer_run_has_the_first_generations_of_a_shorter_one() -> None:
-    short = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 2}), seed=8)
-    long = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 4}), seed=8)
-    for name in ("food_eaten", "energy", "parents", "genome"):
-        np.testing.assert_array_equal(long[name][:2], short[name])
 
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])

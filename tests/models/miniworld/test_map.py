@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -18,30 +16,7 @@ from tests.worlds import (
     replay_with_first_action,
 )
 
-LEFT = 0
 FORWARD = 1
-RIGHT = 2
-
-
-@pytest.mark.parametrize(
-    ("action", "turn", "speed"), [(LEFT, -9, 1), (FORWARD, 0, 2), (RIGHT, 9, 1)]
-)
-def test_a_turn_is_9_degrees_and_comes_before_the_move(action: int, turn: int, speed: int) -> None:
-    trace = replay_with_first_action(
-        action, make_single_agent_experiment((100, 80), [], lifetime={"steps": 2})
-    )
-    angle = math.radians(turn)
-    assert trace["heading"].values[1, 0] == turn % 360
-    assert trace["x"].values[1, 0] == pytest.approx(100 + speed * math.cos(angle), abs=1e-5)
-    assert trace["y"].values[1, 0] == pytest.approx(80 + speed * math.sin(angle), abs=1e-5)
-
-
-@pytest.mark.parametrize(("x", "after"), [(198, 0), (199, 1), (197.5, 199.5)])
-def test_positions_wrap_at_the_edge_of_the_map(x: float, after: float) -> None:
-    trace = replay_with_first_action(
-        FORWARD, make_single_agent_experiment((x, 80), [], lifetime={"steps": 2})
-    )
-    assert trace["x"].values[1, 0] == after
 
 
 @pytest.mark.parametrize("reach", [10, 5, 2])
@@ -75,27 +50,6 @@ def test_corners_of_squares_touch_at_distances_at_which_circles_do_not(
             FORWARD, make_single_agent_experiment((100, 80), [(x, y)], contact={"shape": shape})
         )
         assert trace["eaten"].values[0, 0] == 0
-
-
-def test_bodies_touch_across_the_edges_of_the_map() -> None:
-    trace = replay_with_first_action(FORWARD, make_single_agent_experiment((195, 1), [(3, 158)]))
-    assert trace["eaten"].values[0, 0] == 1
-
-
-@pytest.mark.parametrize("update", ["simultaneous", "sequential"])
-def test_an_item_is_eaten_by_the_first_agent_in_the_order_of_the_step(update: str) -> None:
-    # All agents touch both items in every step, and eaten items reappear in place.
-    experiment = make_single_agent_experiment(
-        (100, 80),
-        [(100, 80), (101, 81)],
-        population={"size": 4},
-        contact={"reach": 60},
-        lifetime={"steps": 9, "update": update},
-    )
-    eaten = replay(experiment)["eaten"].values
-    assert eaten.tolist() == [
-        [2 if agent == step % 4 else 0 for agent in range(4)] for step in range(9)
-    ]
 
 
 def test_an_item_gives_the_energy_of_its_region() -> None:

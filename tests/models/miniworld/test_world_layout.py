@@ -59,44 +59,24 @@ def simulate_worlds(
     )
 
 
+@pytest.mark.parametrize("worlds", [N_AGENTS, 2])
 @pytest.mark.parametrize("name", ["evo/A", "evo+self-taught/A"])
-def test_an_agent_alone_has_the_results_of_a_population_of_size_1(name: str) -> None:
-    separate = small_experiment(name, population={"worlds": N_AGENTS})
-    single = small_experiment(name, population={"size": 1})
+def test_agents_of_several_worlds_have_the_results_of_as_many_populations(
+    name: str, worlds: int
+) -> None:
+    size = N_AGENTS // worlds
+    separate = small_experiment(name, population={"worlds": worlds})
+    single = small_experiment(name, population={"size": size})
     genomes = draw(separate)
     results = simulate_generation(separate, genomes)
-    keys = draw_world_keys(SEED, [0], repeats=1, worlds=N_AGENTS)[0, 0].tolist()
-    for agent, (seed, run) in enumerate(keys):
-        lifetime = MiniWorldSimulator(single, seed, [run]).simulate(
-            1, genomes[:, agent : agent + 1]
-        )
-        assert lifetime.energy[0, 0] == results.energy[0, agent]
-        if results.learned is not None and lifetime.learned is not None:
-            assert np.array_equal(lifetime.learned[0, 0], results.learned[0, agent])
+    keys = draw_world_keys(SEED, [0], repeats=1, worlds=worlds)[0, 0].tolist()
+    for world, (seed, run) in enumerate(keys):
+        agents = slice(world * size, (world + 1) * size)
+        lifetimes = MiniWorldSimulator(single, seed, [run]).simulate(1, genomes[:, agents])
+        assert np.array_equal(lifetimes.energy[0], results.energy[0, agents])
+        if results.learned is not None and lifetimes.learned is not None:
+            assert np.array_equal(lifetimes.learned[0], results.learned[0, agents])
     assert results.energy.any()
-
-
-def test_an_agent_alone_does_not_depend_on_the_genomes_of_the_others() -> None:
-    separate = small_experiment(population={"worlds": N_AGENTS})
-    genomes = draw(separate)
-    changed_genomes = genomes.copy()
-    changed_genomes[:, 1:] = 0
-    results = simulate_generation(separate, genomes)
-    changed_results = simulate_generation(separate, changed_genomes)
-    assert changed_results.energy[0, 0] == results.energy[0, 0]
-    assert not np.array_equal(changed_results.energy, results.energy)
-
-
-def test_agents_of_two_worlds_have_the_results_of_two_populations() -> None:
-    genomes = draw(small_experiment())
-    results = simulate_generation(small_experiment(population={"worlds": 2}), genomes)
-    half = small_experiment(population={"size": N_AGENTS // 2})
-    keys = draw_world_keys(SEED, [0], repeats=1, worlds=2)[0, 0].tolist()
-    energies = []
-    for (seed, run), first in zip(keys, (0, N_AGENTS // 2), strict=True):
-        half_genomes = genomes[:, first : first + N_AGENTS // 2]
-        energies.append(MiniWorldSimulator(half, seed, [run]).simulate(1, half_genomes).energy)
-    assert np.array_equal(np.concatenate(energies, axis=1), results.energy)
 
 
 @pytest.mark.parametrize("worlds", [1, 3])

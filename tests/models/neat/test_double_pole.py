@@ -12,7 +12,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, activate, make_minimal_graphs
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.neat.balancing import INPUT_SCALES, activate_once, order_links
 from baldwinlab.models.neat.cart_pole import (
     CART_MASS,
@@ -181,23 +181,6 @@ def test_founders_have_links_from_all_inputs_and_the_bias_to_the_force() -> None
     assert (results.records["enabled"] == STATE_SIZE + 1).all() and (
         results.records["hidden"] == 0
     ).all()
-
-
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    small = assign(
-        bl.load("neat-poles"),
-        ["population.size=20", "evolution.generations=4", "neat_poles.max_steps=60"],
-    )
-    for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
-        assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
-
-
-def test_fewer_possible_links_than_inputs_are_refused() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"^neat_poles\.max_links = 6: input should be greater than or equal to 7",
-    ):
-        assign(bl.load("neat-poles"), ["neat_poles.max_links=6"])
 
 
 def test_networks_that_balance_for_twenty_seconds_evolve() -> None:

@@ -10,21 +10,18 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import xarray as xr
-from scipy.optimize import linprog
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
-from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
-from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS, NeatXor
+from baldwinlab.models.neat.xor import NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
 from tests.oracles.neat import compute_xor_fitness
-from tests.oracles.parts import check_built_in_parts
 
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
 
@@ -35,17 +32,6 @@ def make_small_experiment() -> Any:
 
 def simulate_graph(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
     return NeatXor(max_links=12, **fields).simulate(0, [0], 0, graph[None, None, None])
-
-
-def test_no_network_without_hidden_nodes_can_compute_the_exclusive_or() -> None:
-    """The four answers are linear inequalities in the weights, which have no solution."""
-    signs = np.where(np.array(CORRECT_ANSWERS) == 1, -1.0, 1.0)
-    # The last input is the bias.
-    inputs = np.array([(*question, 1) for question in QUESTIONS])
-    solution = linprog(
-        np.zeros(3), A_ub=signs[:, None] * inputs, b_ub=-np.full(4, 1e-6), bounds=(None, None)
-    )
-    assert solution.status == 2, "infeasible"
 
 
 @pytest.mark.nightly
@@ -103,14 +89,12 @@ def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     )
 
 
-def test_a_run_is_bit_identical_in_a_batch_and_begins_like_a_shorter_run() -> None:
-    results = [
-        history.dataset() for history in simulate_histories(make_small_experiment(), 4, [0, 1, 2])
-    ]
-    for run, dataset in enumerate(results):
-        assert dataset.equals(bl.simulate(make_small_experiment(), seed=4, run=run))
-    shorter = bl.simulate(make_small_experiment().replace(evolution={"generations": 3}), seed=4)
-    np.testing.assert_array_equal(shorter.energy, results[0].energy[:3])
+def test_a_run_begins_like_a_shorter_run() -> None:
+    longer, shorter = (
+        bl.simulate(make_small_experiment().replace(evolution={"generations": n}), seed=4)
+        for n in (5, 3)
+    )
+    np.testing.assert_array_equal(shorter.energy, longer.energy[:3])
 
 
 def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
@@ -212,20 +196,6 @@ def test_settings_are_assigned_written_and_validated() -> None:
     )
     assert from_toml(to_toml(changed), source="file") == changed
     assert not list_changed_unused_settings(changed)
-    with pytest.raises(
-        ExperimentError,
-        match=r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",
-    ):
-        assign(make_small_experiment(), ["neat_xor.max_links=2"])
-
-
-@pytest.mark.parametrize("choice", ["selection=species", "variation=neat"])
-def test_genomes_that_are_no_graphs_are_refused(choice: str) -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"needs genomes that are graphs: those of network\.kind = 'neat', or",
-    ):
-        assign(bl.load("evo/A"), [f"evolution.{choice}"])
 
 
 def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
@@ -234,9 +204,3 @@ def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
     assert command(*given, "--runs", "2").code == 0
     assert command("report", "xor").code == 0
     assert bl.open_study("xor").runs("neat-xor") == [0, 1]
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = check_built_in_parts([NeatXor, Neat, SpeciesSelection])
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

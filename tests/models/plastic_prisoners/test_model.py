@@ -12,9 +12,8 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.report import content
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_prisoners.matches import compute_payoffs
 from baldwinlab.models.plastic_prisoners.model import PlasticPrisoners
 from baldwinlab.models.plastic_prisoners.strategies import (
@@ -97,37 +96,6 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
             for match in slips
         ]
         assert payoff[genome, opponent] == pytest.approx(np.dot(chances, matches), abs=1e-12)
-
-
-def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
-    model = PlasticPrisoners()
-    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
-    generator = np.random.default_rng(8)
-    for genome, opponent in [
-        (list_genomes("x00x")[0], 0),
-        (0b1001, 0b1001),
-        (0b1111_0000, 0b1001_1001),
-    ]:
-        slips = generator.random((400, ROUNDS, 2)) < NOISE
-        first_pairs = generator.integers(0, 4, 400)
-        played = [
-            evaluate_plastic_prisoners(model, bits(genome), bits(opponent), *match)
-            for match in zip(first_pairs, slips.tolist(), strict=True)
-        ]
-        assert abs(np.mean(played) - payoff[genome, opponent]) < 4 * np.std(played) / np.sqrt(
-            len(played)
-        )
-
-
-def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
-    """Moves are independent. The probability of C is n for defectors and 1 - n for cooperators."""
-    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
-    chance = {0b0000: NOISE, 0b1111: 1 - NOISE}
-    for genome, opponent in product(chance, repeat=2):
-        c = chance[genome]
-        opponent_c = chance[opponent]
-        expected = (1 - c) * (1 - opponent_c) + 5 * (1 - c) * opponent_c + 3 * c * opponent_c
-        assert payoff[genome, opponent] == pytest.approx(expected, abs=1e-12)
 
 
 def test_payoffs_have_bounds_and_plastic_genes_have_no_effect_without_learning() -> None:
@@ -306,16 +274,6 @@ def test_the_innate_assay_applies_although_genomes_at_death_are_not_recorded(
     payoff = {life: values["energy"].sel(life=life) for life in ("on", "off", "frozen")}
     assert (payoff["on"] != payoff["off"]).any() and payoff["off"].notnull().all()
     assert payoff["frozen"].isnull().all() and values["distance"].isnull().all()
-
-
-def test_a_population_of_a_single_prisoner_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"population\.size = 1 must be at least 2"):
-        assign(bl.load("meta-pavlov"), ["population.size=1"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(PlasticPrisoners) if finding.holds is False] == []
 
 
 def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:

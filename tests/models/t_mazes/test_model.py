@@ -10,7 +10,6 @@ import pytest
 from scipy.stats import mannwhitneyu
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import assign
 from baldwinlab.models.t_mazes.model import TMazes
 from baldwinlab.models.t_mazes.trips import END, N_INPUTS, N_RULE_GENES, REWARD, TURNING
@@ -66,29 +65,6 @@ def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
     )
 
 
-@pytest.mark.parametrize(("turns", "best"), [(1, 98.8), (2, 97.2)])
-def test_the_gain_of_an_agent_with_perfect_memory_matches_theory(turns: Any, best: float) -> None:
-    """The agent repeats a high reward, and otherwise tries the ends in turn.
-
-    The expected gains are 100 - 0.4 - 0.8 and 100 - 1.2 - 1.6.
-    """
-    model = TMazes(turning_points=turns)
-    rewards = []
-    for run in range(2000):
-        first, moves, after = model.maze(0, run, 0)
-        total = 0.0
-        to_try = list(range(2**turns))
-        for trip in range(model.trips):
-            high = first if trip < moves else after
-            total += 1.0 if to_try[0] == high else 0.2
-            if to_try[0] != high:
-                to_try = to_try[1:] or [end for end in range(2**turns) if end != to_try[0]]
-            elif len(to_try) < 2**turns or trip == 0:
-                to_try = [high, *(end for end in range(2**turns) if end != high)]
-        rewards.append(total)
-    assert abs(np.mean(rewards) - best) < 4 * np.std(rewards) / np.sqrt(len(rewards))
-
-
 @pytest.mark.parametrize(("turns", "mean"), [(1, 60.0), (2, 40.0)])
 def test_an_agent_that_always_goes_to_one_end_gains_its_share_of_trips(
     turns: Any, mean: float
@@ -114,14 +90,6 @@ def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifeti
             {round(float(reward), 6) for reward in results.energy[0]}
             <= {round(reward, 6) for reward in possible}
         ) is is_alike
-
-
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    model = TMazes()
-    newborns = np.repeat(draw_plastic_genomes(model, 30), 2, axis=0)
-    both = model.simulate(7, [0, 5], 3, newborns)
-    single = model.simulate(7, [5], 3, newborns[1:])
-    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 
 # The simulation takes minutes.
@@ -150,11 +118,6 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
         for name in ("modulated", "plain")
     )
     assert mannwhitneyu(modulated, plain).pvalue < 0.05 and np.median(modulated) < np.median(plain)
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(TMazes) if finding.holds is False] == []
 
 
 def test_the_double_maze_and_homing_are_maps() -> None:

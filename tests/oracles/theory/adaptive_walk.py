@@ -18,18 +18,6 @@ def compute_step_probabilities(fitness: Floats, members: int) -> tuple[Floats, F
 
     The mutant of a generation is at the right or at the left position with probability 1/2. A
     mutant outside the positions has no fitness.
-
-    Parameters
-    ----------
-    fitness : array of shape (positions,)
-        Fitness of each position, with plasticity.
-    members : int
-        Number of members of the population.
-
-    Returns
-    -------
-    tuple of two arrays of shape (positions,)
-        Probabilities per generation of a move to the right and to the left.
     """
     padded = np.concatenate(([0.0], fitness, [0.0]))
     right = compute_fixation_probabilities(padded[2:], fitness, members) / 2
@@ -44,17 +32,7 @@ def expect_walk_time(right: Floats, left: Floats, target: int) -> float:
     waits, and must return from each move to the left. The sum of h(0) to h(target - 1) is
     the double sum of Borenstein and others.
 
-    Parameters
-    ----------
-    right, left : array of shape (positions,)
-        Probabilities per generation of a move to the right and to the left.
-    target : int
-        Number of the position at which the walk ends.
-
-    Returns
-    -------
-    float
-        Generations. Infinite if a move to the right has the probability 0.
+    It is infinite if a move to the right has the probability 0.
     """
     total = step_time = 0.0
     for position in range(target):

@@ -27,16 +27,6 @@ def compute_optimal_payoff(bandit: Bandit) -> float:
     therefore pulls arm 2 until the posterior mean x is too low. After n pulls of arm 2, the value
     is F_n(x) = max(0, x + E F_(n+1)(x')), where x' is normal with the mean x. The variance of x' is
     the decrease of the posterior variance 1 / (1 / u^2 + n / s^2).
-
-    Parameters
-    ----------
-    bandit : Bandit
-        The bandit, with a noise above 0.
-
-    Returns
-    -------
-    float
-        F_0(m), at least the payoff of the best exploration. The error is below 1e-4 per pull.
     """
     width = GRID_WIDTH * bandit.uncertainty
     means = np.linspace(MEAN_PAYOFF - width, MEAN_PAYOFF + width, GRID_SIZE)

@@ -52,22 +52,6 @@ def compute_carrier_fitness(shares: Floats, elements: Elements) -> Floats:
     b_k p_k V_k over the elements k that need it. Fitness is linear in the state of an element.
     Therefore the carriers of an allele with the probability r of a right element have the mean
     fitness W + (r - R_i) V_i, where W is the sum of w_i R_i.
-
-    Parameters
-    ----------
-    shares : array of shape (3, element)
-        Shares of the alleles `INNATE`, `PLASTIC` and `WRONG` of each element.
-    elements : Elements
-        The elements.
-
-    Returns
-    -------
-    array of shape (3, element)
-        Mean fitness, exact.
-
-    References
-    ----------
-    Own derivation, for the question of Morgan, Suchow and Griffiths 2020.
     """
     success = np.asarray(elements.success_probabilities, np.float64)
     weights = np.asarray(elements.weights, np.float64)
@@ -93,20 +77,6 @@ def predict_selection(elements: Elements) -> Floats:
 
     It is the mean fitness with this element innately right, minus that with all elements plastic:
     (1 - p_i R_j) V_i. Without prerequisites, it is w_i (1 - p_i).
-
-    Parameters
-    ----------
-    elements : Elements
-        The elements.
-
-    Returns
-    -------
-    array of shape (element,)
-        Differences of fitness, 0 or more.
-
-    References
-    ----------
-    Morgan, Suchow and Griffiths 2020.
     """
     shares = np.zeros((3, len(elements.prerequisites)))
     shares[PLASTIC] = 1
@@ -118,26 +88,8 @@ def predict_selection(elements: Elements) -> Floats:
 def advance_shares(shares: Floats, elements: Elements, mutation_rate: float = 0.0) -> Floats:
     """Return the shares of alleles after one generation of an infinite population.
 
-    Selection is proportional to fitness, and each allele of a child comes from a separate parent.
-    A mutation draws each of the three alleles with the probability 1/3.
-
-    Parameters
-    ----------
-    shares : array of shape (3, element)
-        Shares of the alleles `INNATE`, `PLASTIC` and `WRONG` of each element.
-    elements : Elements
-        The elements.
-    mutation_rate : float
-        Probability of a mutation, for each allele of a child.
-
-    Returns
-    -------
-    array of shape (3, element)
-        Shares in the next generation.
-
-    References
-    ----------
-    Hinton and Nowlan 1987, for the alleles.
+    Shares are [allele, element]. Selection is proportional to fitness, and each allele of a child
+    comes from a separate parent. A mutation draws each of the three alleles equally often.
     """
     selected = shares * compute_carrier_fitness(shares, elements)
     selected /= selected.sum(axis=0)

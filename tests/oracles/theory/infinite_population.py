@@ -30,28 +30,8 @@ def advance_frequencies(
     of a recombined string is the frequency of its first bits among the parents, multiplied by the
     frequency of its last bits.
 
-    Parameters
-    ----------
-    frequencies : array of shape (2**bits,)
-        Frequencies of the strings at birth. A string is a binary number, with the first bit as the
-        highest digit. At least two bits.
-    fitness : array of shape (2**bits,)
-        Fitness of an agent that is born with the string, with its learning.
-    mutation_rate : float, default 0.0
-        Probability that a bit flips.
-    inherited : array of shape (2**bits,), optional
-        String that an agent transmits, by its string at birth: the learned string with Lamarckian
-        inheritance. The default is the string at birth.
-
-    Returns
-    -------
-    array of shape (2**bits,)
-        Frequencies of the strings of the children.
-
-    Raises
-    ------
-    ValueError
-        If the number of strings is not a power of two, or is less than 4.
+    A string is a binary number, with the first bit as the highest digit. `inherited` contains the
+    string that an agent transmits, by its string at birth: the learned one in Lamarck's theory.
     """
     n_strings = frequencies.size
     n_bits = n_strings.bit_length() - 1

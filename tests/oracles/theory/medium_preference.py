@@ -29,15 +29,7 @@ CUT: Final = 8.0
 def choice_share(preference: Numbers) -> Numbers:
     """Return the share p(x) of eggs on the right medium.
 
-    Parameters
-    ----------
-    preference : array
-        Preferences x, in logits.
-
-    Returns
-    -------
-    array
-        1 / (1 + exp(-x)).
+    The result is 1 / (1 + exp(-x)).
     """
     share: Numbers = 1 / (1 + np.exp(-preference))
     return share
@@ -49,49 +41,10 @@ def gain_slope(preference: Numbers, shift: Numbers, shift_slope: Numbers) -> Num
     The gain is g(x) = p(x + d) / p(x), and the slope of ln p(x) is 1 - p(x). Learning speeds the
     evolution of x where the slope is above 0, and slows it where the slope is below 0.
 
-    Parameters
-    ----------
-    preference : array
-        Preferences x, in logits.
-    shift : array
-        Learned shifts d(x).
-    shift_slope : array
-        Derivatives d'(x).
-
-    Returns
-    -------
-    array
-        (1 - p(x + d)) (1 + d') - (1 - p(x)).
-
-    References
-    ----------
-    Paenke, Kawecki and Sendhoff 2009.
+    The result is (1 - p(x + d)) (1 + d') - (1 - p(x)).
     """
     learned_share = choice_share(preference + shift)
     return (1 - learned_share) * (1 + shift_slope) - (1 - choice_share(preference))
-
-
-def sign_change_of_small_shift(right_visits: float, wrong_visits: float) -> float:
-    """Return the share of eggs at which the effect of weak learning changes its sign.
-
-    A small shift d has ln g = d (1 - p). For d in proportion to p^a (1 - p)^b, the shift of an
-    animal that learns from a visits to the right and b visits to the wrong medium, ln g rises while
-    a (1 - p) > (b + 1) p.
-
-    Parameters
-    ----------
-    right_visits : float
-        Exponent a, 0 or more.
-    wrong_visits : float
-        Exponent b, 0 or more.
-
-    Returns
-    -------
-    float
-        a / (a + b + 1): learning speeds evolution below this share and slows it above. 0 if
-        learning needs no visit to the right medium: it then slows evolution everywhere.
-    """
-    return right_visits / (right_visits + wrong_visits + 1)
 
 
 class Moments(NamedTuple):
@@ -119,29 +72,8 @@ def predict_preferences(
     """Predict the preference in an infinite population with infinitesimal inheritance.
 
     The density f of newborns becomes f p(x + d) by selection. A child is the mean of two
-    independent parents plus normal noise. The density is computed on a grid.
-
-    Parameters
-    ----------
-    initial_mean : float
-        Mean preference of the founders, which are normal.
-    initial_std : float
-        Standard deviation of the founders.
-    segregation_std : float
-        Standard deviation of children around the mean of their parents.
-    generations : int
-        Number of generations, the founders included.
-    learn : callable
-        Function of preferences that returns the learned shifts d(x). 0 without learning.
-
-    Returns
-    -------
-    Moments
-        Mean and standard deviation of each generation.
-
-    References
-    ----------
-    Bulmer 1980.
+    independent parents plus normal noise. The density is computed on a grid. The first generation
+    is that of the founders. `learn` returns the shifts d(x), which are 0 without learning.
     """
     widest_std = max(initial_std, 2**0.5 * segregation_std)
     step = GRID_STEP * min(initial_std, segregation_std)

@@ -71,15 +71,7 @@ class Normal(NamedTuple):
 def selection_strength(setting: Setting) -> float:
     """Return the strength of stabilizing selection on the mean phenotype.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-
-    Returns
-    -------
-    float
-        1 / (V + the variance of z in the new environment).
+    The result is 1 / (V + the variance of z in the new environment).
     """
     squared_cue = setting.jump**2 + setting.noise_variance
     phenotypic_variance = setting.intercept_variance + setting.slope_variance * squared_cue
@@ -91,20 +83,6 @@ def response_matrix(setting: Setting) -> Numbers:
 
     The mean m of (a, b) changes by G grad ln W, and its expectation over the environment is
     -M (m - m*). The matrix M is constant if the variances G are constant.
-
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-
-    Returns
-    -------
-    array [2, 2]
-        The matrix M.
-
-    References
-    ----------
-    Lande 2009.
     """
     strength = selection_strength(setting)
     jump = setting.jump
@@ -121,15 +99,7 @@ def equilibrium(setting: Setting) -> Numbers:
     The slope is that of the best linear prediction of the optimum from the cue, lowered by the
     cost. The intercept makes the mean phenotype optimal.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance. Noise or cost must be above 0.
-
-    Returns
-    -------
-    array [2]
-        a* = (B - b*) jump and b* = predictability B noise / (noise + cost / strength).
+    The result is a* = (B - b*) jump and b* = predictability B noise / (noise + cost / strength).
     """
     noise = setting.noise_variance
     slope_of_prediction = setting.predictability * setting.optimum_slope
@@ -140,19 +110,7 @@ def equilibrium(setting: Setting) -> Numbers:
 def solve_means(setting: Setting, start: Numbers, generations: int) -> Numbers:
     """Return the expected means of all generations in closed form.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-    start : array [2]
-        Mean intercept and slope in the first generation.
-    generations : int
-        Number of generations.
-
-    Returns
-    -------
-    array [generation, 2]
-        m* + (1 - M)^t (start - m*), by the eigenvalues of M.
+    The result is m* + (1 - M)^t (start - m*), by the eigenvalues of M.
     """
     end = equilibrium(setting)
     rates, vectors = np.linalg.eig(response_matrix(setting))
@@ -165,16 +123,8 @@ def solve_means(setting: Setting, start: Numbers, generations: int) -> Numbers:
 def time_constants(setting: Setting) -> tuple[float, float]:
     """Return the exact time constants of the two phases, in generations.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-
-    Returns
-    -------
-    tuple of float
-        -1 / ln(1 - rate) for the larger and the smaller eigenvalue of M, which are
-        T / 2 +- sqrt(T^2 / 4 - D), with the trace T and the determinant D.
+    They are -1 / ln(1 - rate) for the larger and the smaller eigenvalue of M, which are
+    T / 2 +- sqrt(T^2 / 4 - D), with the trace T and the determinant D.
     """
     matrix = response_matrix(setting)
     half_trace = matrix.trace() / 2
@@ -187,16 +137,8 @@ def time_constants(setting: Setting) -> tuple[float, float]:
 def approximate_time_constants(setting: Setting) -> tuple[float, float]:
     """Return the time constants for a jump that is large compared with the noise.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-
-    Returns
-    -------
-    tuple of float
-        1 / (g (Gaa + Gbb jump^2)), and (Gaa + Gbb jump^2) / (g Gaa Gbb (noise + cost / g)), with
-        the strength of selection g.
+    They are 1 / (g (Gaa + Gbb jump^2)) and (Gaa + Gbb jump^2) / (g Gaa Gbb (noise + cost / g)),
+    with the strength of selection g.
     """
     strength = selection_strength(setting)
     variance = setting.intercept_variance + setting.slope_variance * setting.jump**2
@@ -209,15 +151,7 @@ def approximate_time_constants(setting: Setting) -> tuple[float, float]:
 def plasticity_share(setting: Setting) -> float:
     """Return the share of the change of the phenotype that plasticity makes in the first phase.
 
-    Parameters
-    ----------
-    setting : Setting
-        Environment, selection and genetic variance.
-
-    Returns
-    -------
-    float
-        Gbb jump^2 / (Gaa + Gbb jump^2).
+    The result is Gbb jump^2 / (Gaa + Gbb jump^2).
     """
     plastic_variance = setting.slope_variance * setting.jump**2
     return plastic_variance / (setting.intercept_variance + plastic_variance)
@@ -229,29 +163,7 @@ def breed_normal(
     """Return the distribution in the next generation of an infinite population, exactly.
 
     Selection multiplies the normal density by a normal fitness. A child is the mean of two
-    independent parents plus normal noise.
-
-    Parameters
-    ----------
-    population : Normal
-        Distribution among newborns.
-    segregation : array [2, 2]
-        Covariance of children around the mean of their parents.
-    cue : float
-        Environment during development.
-    optimum : float
-        Optimal phenotype during selection.
-    setting : Setting
-        `peak_variance` and `cost`. The other values have no effect.
-
-    Returns
-    -------
-    Normal
-        Distribution among the newborns of the next generation.
-
-    References
-    ----------
-    Bulmer 1971.
+    independent parents plus normal noise with the covariance `segregation`.
     """
     development = np.array([1.0, cue])
     precision = np.linalg.inv(population.covariance)

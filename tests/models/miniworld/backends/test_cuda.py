@@ -235,22 +235,6 @@ def test_custom_parts_in_the_simulator_are_bit_identical_to_plain_python(number:
     run_in_simulator(f"compare_custom_parts({number})")
 
 
-def test_the_memory_of_a_newborn_is_empty(in_plain_python: None) -> None:
-    load_file(PARTS / "elman.py")
-    experiment = make_small_experiment("evo", network={"kind": "elman"}, population={"size": 4})
-    genomes = (
-        np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
-    )
-    first = cpu.CpuBatch(experiment, 5, [0])
-    second = cpu.CpuBatch(experiment, 5, [0])
-    first.begin(0, genomes)
-    first.simulate(0, STEPS)
-    for batch in (first, second):
-        batch.begin(1, genomes)
-        batch.simulate(0, 1)
-    assert first.state.activations.tobytes() == second.state.activations.tobytes()
-
-
 def make_kernels(experiment: Experiment) -> dict[Any, tuple[Any, ...]]:
     """Return the kernels of an experiment, with the types of their arguments."""
     from numba.cuda import types

@@ -40,16 +40,6 @@ def displacements(trace: xr.Dataset) -> tuple[npt.NDArray[Any], npt.NDArray[Any]
     return right, down
 
 
-def test_the_body_stay_has_the_actions_of_the_paper_and_a_fourth_without_movement() -> None:
-    experiment = make_experiment_with_body("stay")
-    actions, distances, turns = measure_moves(replay_in_python(experiment))
-    assert experiment.layer_sizes[-1] == 4
-    for action, (length, degrees) in enumerate([(1, -9), (2, 0), (1, 9), (0, 0)]):
-        assert (actions == action).any()
-        np.testing.assert_allclose(distances[actions == action], length, atol=1e-4)
-        np.testing.assert_allclose(turns[actions == action], degrees, atol=1e-4)
-
-
 def test_touch_reports_an_agent_that_stays_as_stopped() -> None:
     trace = replay_in_python(
         make_experiment_with_body("stay").replace(senses={"kinds": ["food", "touch"]})
@@ -57,29 +47,6 @@ def test_touch_reports_an_agent_that_stays_as_stopped() -> None:
     np.testing.assert_array_equal(
         trace.sensor.sel(side="stopped").values[1:], trace.action.values[:-1] == 3
     )
-
-
-def test_a_grid_body_moves_by_2_in_the_direction_of_its_new_heading() -> None:
-    trace = replay_in_python(make_experiment_with_body("grid"))
-    actions = trace.action.values[:-1]
-    right, down = displacements(trace)
-    for action, (dx, dy) in enumerate([(2, 0), (0, 2), (-2, 0), (0, -2)]):
-        assert (actions == action).any()
-        np.testing.assert_allclose(right[actions == action], dx, atol=1e-4)
-        np.testing.assert_allclose(down[actions == action], dy, atol=1e-4)
-        assert set(trace.heading.values[1:][actions == action]) == {90 * action}
-
-
-@pytest.mark.parametrize("degrees", [36.0, 180.0])
-def test_wheels_move_by_the_sum_of_the_outputs_and_turn_by_their_difference(degrees: float) -> None:
-    trace = replay_in_python(make_experiment_with_body("continuous", noise=0, max_turn=degrees), 5)
-    outputs = trace.output.values[:-1].astype(float)
-    actions, distances, turns = measure_moves(trace)
-    np.testing.assert_allclose(distances, outputs.sum(axis=-1), atol=1e-4)
-    expected = 9 * np.rint((outputs[..., 0] - outputs[..., 1]) * degrees / 9)
-    np.testing.assert_allclose((turns - expected + 180) % 360, 180, atol=1e-3)
-    assert len(np.unique(turns)) > 2
-    np.testing.assert_array_equal(actions, outputs[..., 1] > outputs[..., 0])
 
 
 def test_wheels_with_a_maximum_turn_of_0_go_straight() -> None:

@@ -9,16 +9,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import baldwinlab as bl
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
-from baldwinlab.models.miniworld.senses.perception import perceive
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
@@ -200,24 +197,6 @@ def test_births_continue_with_a_single_agent_and_without_food(changes: dict[str,
 
 
 @pytest.mark.usefixtures("in_plain_python")
-def test_a_newborn_senses_no_energy_of_the_agent_that_it_replaces() -> None:
-    experiment = make_experiment(
-        senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"max_age": 20}
-    )
-    batch = CpuBatch(experiment, SEED, [0])
-    batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
-    sensed: list[float] = []
-    for step in range(experiment.lifetime.steps):
-        before = batch.state.birth_count[0].copy()
-        batch.simulate(step, step + 1)
-        newborn = (batch.state.birth_count[0] > before) & (batch.eaten_in_life()[0].sum(axis=1) > 0)
-        for agent in np.flatnonzero(newborn).tolist():
-            perceive(batch.model, batch.state, 0, agent)
-            sensed.append(float(batch.state.activations[3, agent]))
-    assert len(sensed) > AGENTS and set(sensed) == {0.0}
-
-
-@pytest.mark.usefixtures("in_plain_python")
 def test_a_newborn_pays_only_for_the_steps_in_which_it_learned() -> None:
     experiment = make_experiment("evo+self-taught", learning={"cost_per_step": 0.5})
     genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
@@ -291,9 +270,3 @@ def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
     reasons = {name: why_not_applicable(name, "births", {"births": experiment}) for name in ASSAYS}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]
     assert "newborns replace agents" in reasons["innate"]
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    findings = bl.check_part(BirthsAndDeaths)
-    assert [str(finding) for finding in findings if finding.holds is False] == []

@@ -68,8 +68,11 @@ def test_a_rule_agrees_with_its_oracle_and_reads_only_its_own_lane(rule: str) ->
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
-# Rules that learn from the previous step, from energy, and from inherited coefficients.
-DAILY_RULES_OF_NEWBORNS = ("crbp", "reward", "prediction", "evolved-abcd")
+# Rules that learn from the previous step, from energy, from inherited coefficients, and strengths.
+DAILY_RULES_OF_NEWBORNS = (
+    *("crbp", "reward", "prediction", "random-prediction", "evolved-abcd", "abcd"),
+    *("postsynaptic", "presynaptic", "covariance"),
+)
 
 
 @pytest.mark.parametrize(

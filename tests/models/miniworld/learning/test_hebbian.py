@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.learning.hebbian import (
     COVARIANCE,
@@ -19,7 +19,6 @@ from baldwinlab.models.miniworld.learning.hebbian import (
     compute_strength_change,
 )
 from baldwinlab.simulation.simulate import simulate
-from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 SHARES = st.floats(0, 1)
@@ -97,14 +96,6 @@ def test_signs_of_weights_do_not_change_and_strengths_are_at_most_1() -> None:
     assert any(abs(at_death) > abs(at_birth) for at_birth, at_death in pairs)
 
 
-@pytest.mark.usefixtures("in_plain_python")
-def test_a_weight_with_a_constant_change_increases_by_the_rate_per_step_up_to_10() -> None:
-    changes = ["learning.rule=abcd", "learning.rate=0.25", "learning.abcd.a=0", "learning.abcd.d=1"]
-    experiment = assign(make_small_experiment("evo", lifetime={"steps": 24}), changes)
-    for at_birth, at_death in weights_at_birth_and_death(experiment):
-        assert at_death == pytest.approx(min(at_birth + 24 * 0.25, 10.0), abs=1e-5)
-
-
 def test_a_rate_above_1_is_refused_in_a_sentence() -> None:
     with pytest.raises(
         ExperimentError,
@@ -121,31 +112,3 @@ def test_learned_strengths_are_not_inherited() -> None:
     run = simulate(experiment, seed=1)
     # Learned strengths are at most 1.
     assert np.abs(run["genome"].values).max() > 1
-
-
-@pytest.mark.parametrize("rule", ["hebb", "postsynaptic", "presynaptic", "covariance"])
-@pytest.mark.usefixtures("in_plain_python")
-def test_strengths_of_agents_converge_to_the_fixed_points(rule: str) -> None:
-    """Compare strengths with the final activations of their units.
-
-    Without food, inputs are 0 and hidden units are 1/2.
-    """
-    experiment = assign(
-        make_small_experiment("evo", lifetime={"steps": 400}, world={"food": []}),
-        [f"learning.rule={rule}", "learning.rate=1"],
-    )
-    genome = draw_founders(experiment)
-    batch = simulate_steps(experiment, genome, 400)
-    initial = np.minimum(abs(genome[:, 0]), 1)[:, :12]
-    from_inputs, from_hidden = np.split(abs(batch.weights()[0]), [3 * 4], axis=1)
-    y = np.tile(batch.state.activations[-3:, : len(genome)].T, 4)
-    is_similar = np.tanh(4 * (1 - abs(0.5 - y)) - 2) > 0.01
-    expected_from_inputs, expected_from_hidden = {
-        "hebb": (initial, np.ones_like(y)),
-        "postsynaptic": (0 * initial, np.full_like(y, 0.5)),
-        "presynaptic": (initial, y),
-        "covariance": (initial, np.where(is_similar, 1, from_hidden)),
-    }[rule]
-    assert is_similar.any()
-    np.testing.assert_allclose(from_inputs, expected_from_inputs, atol=1e-6)
-    np.testing.assert_allclose(from_hidden, expected_from_hidden, atol=1e-6)

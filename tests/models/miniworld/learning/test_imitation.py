@@ -2,14 +2,37 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import pytest
 
-from baldwinlab.experiment import assign
+from baldwinlab.experiment import Experiment, assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate_batch
-from tests.models.miniworld.learning.test_reward import simulate_weights
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
+
+Weights = npt.NDArray[np.float32]
+
+
+def simulate_weights(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
+    """Return weights [agent, weight] at birth and after a number of steps, and the state."""
+    genome = draw_founders(experiment)
+    batch = simulate_steps(experiment, genome, steps)
+    return genome[:, 0], batch.weights()[0], batch.state
+
+
+@pytest.mark.parametrize("rule", ["reward", "crbp"])
+def test_rewarded_agents_in_a_world_without_food_do_not_learn(
+    rule: str, in_plain_python: None
+) -> None:
+    experiment = make_small_experiment("evo", lifetime={"steps": 30}, world={"food": []}).replace(
+        learning={"rule": rule, "rate": 0.5}
+    )
+    at_birth, at_end, _ = simulate_weights(experiment, 30)
+    assert at_birth.tolist() == at_end.tolist()
 
 
 @pytest.mark.parametrize("teacher", ["best", "nearest"])

@@ -14,8 +14,6 @@ pytestmark = pytest.mark.usefixtures("in_plain_python")
 INPUTS = 3
 HIDDEN = 4
 ACTIONS = 3
-# Numbers of weights, without biases.
-TO_ACTIONS = HIDDEN * ACTIONS
 TO_PREDICTIONS = HIDDEN * INPUTS
 
 
@@ -25,43 +23,6 @@ def make_experiment(*changes: str) -> Experiment:
         ["learning.rule=prediction", "learning.rate=0.5", *changes],
     )
     return experiment
-
-
-@pytest.mark.parametrize("hidden", ["[4]", "[5,4]"])
-def test_weights_to_hidden_units_change_and_weights_to_actions_do_not(hidden: str) -> None:
-    experiment = make_experiment(f"network.hidden={hidden}")
-    genome = draw_founders(experiment)
-    change = simulate_steps(experiment, genome, 60).weights()[0] - genome[:, 0]
-    assert (change[:, :-TO_ACTIONS] != 0).any(axis=1).all()
-    assert (change[:, -TO_ACTIONS:] == 0).all()
-
-
-def test_agents_learn_from_the_second_step() -> None:
-    experiment = make_experiment()
-    genome = draw_founders(experiment)
-    for steps, learns in ((1, False), (2, True)):
-        batch = simulate_steps(experiment, genome, steps)
-        prediction_weights = batch.state.rule.prediction_weights[:, : len(genome)].T
-        assert (genome[:, 1] != prediction_weights).any() == learns
-
-
-def test_agents_without_food_learn_to_predict_0() -> None:
-    """Hidden units are 1/2. Each prediction y follows a recursion toward 0."""
-    experiment = make_experiment("world.food=[]")
-    rate = 0.5
-    steps = 60
-    genome = draw_founders(experiment)
-    batch = simulate_steps(experiment, genome, steps)
-    np.testing.assert_array_equal(batch.weights()[0], genome[:, 0])
-    weights = genome[:, 1, :TO_PREDICTIONS].astype(float).reshape(-1, HIDDEN, INPUTS)
-    predictions = []
-    for _ in range(steps - 1):
-        y = 1 / (1 + np.exp(-weights.sum(axis=1) / 2))
-        weights -= rate * (y * y * (1 - y))[:, None] / 2
-        predictions.append(y)
-    assert (np.diff(predictions, axis=0) < 0).all()
-    prediction_weights = batch.state.rule.prediction_weights[:TO_PREDICTIONS, : len(genome)].T
-    np.testing.assert_allclose(prediction_weights, weights.reshape(len(genome), -1), atol=1e-5)
 
 
 def test_random_targets_of_the_control_are_fair_and_its_predictions_stay_near_one_half() -> None:
@@ -98,15 +59,6 @@ def test_unused_genes_of_the_predictor_have_no_effect() -> None:
     changed[:, 1, TO_PREDICTIONS:] += 1
     expected = simulate_steps(experiment, genome, 60).weights()
     np.testing.assert_array_equal(simulate_steps(experiment, changed, 60).weights(), expected)
-
-
-def test_agents_with_rate_0_move_and_eat_as_agents_without_learning() -> None:
-    experiment = make_experiment("learning.rate=0")
-    genome = draw_founders(experiment)
-    actual = simulate_steps(experiment, genome, 60)
-    expected = simulate_steps(make_experiment("learning.rule=none"), genome[:, :1], 60)
-    np.testing.assert_array_equal(actual.state.positions, expected.state.positions)
-    np.testing.assert_array_equal(actual.eaten_in_life(), expected.eaten_in_life())
 
 
 @pytest.mark.parametrize(

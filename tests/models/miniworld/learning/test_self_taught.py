@@ -10,7 +10,6 @@ import xarray as xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.simulation.replay import replay
-from baldwinlab.simulation.simulate import simulate
 from tests import naive
 from tests.worlds import make_small_experiment
 
@@ -54,23 +53,6 @@ def test_drift_has_the_absolute_change_of_self_teaching(network: dict[str, objec
     np.testing.assert_allclose(np.linalg.norm(drift, axis=1), learning_distance, rtol=0.01)
 
 
-def test_drift_has_the_sign_of_learning_in_half_of_the_weights() -> None:
-    experiment = make_small_experiment(
-        "evo+self-taught",
-        learning=DRIFT,
-        network={"hidden": [40]},
-        population={"size": 20},
-        lifetime={"steps": 50},
-    )
-    trace = replay(experiment, seed=4)
-    drift = measure_change(trace)
-    learning = predict_change(trace, experiment)
-    is_large = abs(learning) > 1e-3
-    is_equal = (np.sign(drift) == np.sign(learning))[is_large]
-    assert is_large.sum() > 2000
-    assert abs(is_equal.mean() - 0.5) < 4 * 0.5 / np.sqrt(is_equal.size)
-
-
 def test_outputs_of_agents_follow_from_their_drifted_weights() -> None:
     trace = replay(
         make_small_experiment("evo+self-taught", learning=DRIFT, lifetime={"steps": 1}), seed=4
@@ -83,31 +65,6 @@ def test_outputs_of_agents_follow_from_their_drifted_weights() -> None:
         inputs = longer["sensor"].values[1, number].tolist()
         outputs = naive.activate(module, inputs, biases=False)[-1]
         np.testing.assert_allclose(longer["output"].values[1, number], outputs, atol=1e-5)
-
-
-def test_weights_do_not_change_after_the_last_learning_step() -> None:
-    short = replay(make_small_experiment("evo+self-taught", lifetime={"steps": 30}), seed=2)
-    ended = replay(
-        make_small_experiment("evo+self-taught", lifetime={"steps": 80}, learning={"steps": 30}),
-        seed=2,
-    )
-    assert (measure_change(short) != 0).any()
-    np.testing.assert_array_equal(measure_change(ended), measure_change(short))
-
-
-@pytest.mark.parametrize("control", ["none", "drift"])
-def test_agents_with_0_learning_steps_eat_as_agents_without_learning(control: str) -> None:
-    without = simulate(make_small_experiment("evo", evolution={"generations": 1}), seed=2)
-    unused = simulate(
-        make_small_experiment(
-            "evo+self-taught",
-            evolution={"generations": 1},
-            learning={"control": control, "steps": 0},
-        ),
-        seed=2,
-    )
-    assert without["food_eaten"].sum() > 0
-    np.testing.assert_array_equal(unused["food_eaten"], without["food_eaten"])
 
 
 def test_an_evolved_rate_is_the_given_rate_times_ten_to_the_power_of_the_gene() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat.genome import (
     HEAD_SIZE,
@@ -20,12 +19,10 @@ from baldwinlab.evolution.neat.genome import (
     defines_node,
 )
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.oracles import neat as oracle
-from tests.oracles.parts import check_built_in_parts
 
 ALL_INPUTS = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
 
@@ -90,19 +87,6 @@ def test_evolved_networks_are_larger_and_eat_more_than_founders(run: Any) -> Non
     assert eaten[-10:].mean() > 2 * eaten[0]
 
 
-@pytest.mark.nightly
-def test_the_part_passes_the_main_checks() -> None:
-    requirements = ["oracle", "compiles", "arithmetic", "block", "resumed"]
-    findings = check_built_in_parts(NeatNetwork, requirements=requirements)
-    assert [str(finding) for finding in findings if finding.holds is False] == []
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    findings = check_built_in_parts(NeatNetwork)
-    assert [str(finding) for finding in findings if finding.holds is False] == []
-
-
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
@@ -124,10 +108,3 @@ def test_an_unsupported_combination_is_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(ExperimentError, match=re.escape(sentence)):
         make_experiment(**changes)
-
-
-def test_the_variation_neat_needs_the_network_neat() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'neat'"
-    ):
-        bl.load("evo/A").replace(evolution={"variation": "neat"})

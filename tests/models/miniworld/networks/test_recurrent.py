@@ -13,16 +13,15 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import brentq
 
-from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.api.checks.reference import Naive
-from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.networks.feed_forward import Rows
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.oracles.parts import check_built_in_parts, find_oracle
+from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
 INPUTS = 3
@@ -105,28 +104,6 @@ def test_a_network_with_memory_weights_of_0_is_bit_identical_to_a_feed_forward_n
     plain = remove_memory(net, hidden, biases)
     for inputs in draw_inputs(30):
         assert net.step(*inputs).tobytes() == plain.step(*inputs).tobytes()
-
-
-@pytest.mark.parametrize("kind", NAMES)
-def test_outputs_to_the_same_inputs_depend_on_the_memory(kind: str) -> None:
-    net = make_random_net(kind, [4], False)
-    assert (net.step(1, 0, 1) != net.step(1, 0, 1)).all()
-
-
-def test_a_simple_recurrent_network_can_delay_an_input_by_a_step() -> None:
-    """A hidden unit has the input. The other has the previous activation of the first."""
-    net = Net("simple-recurrent", [2], biases=True)
-    strong = 20.0
-    first = net.layer(0)
-    second = net.layer(1)
-    first[0, 0] = strong
-    first[INPUTS, 1] = strong
-    first[-1] = second[-1] = -strong / 2
-    second[1] = strong
-    inputs = draw_inputs(40)
-    for step, values in enumerate(inputs):
-        outputs = net.step(*values).round().astype(int)
-        assert set(outputs) == {inputs[step - 1, 0] if step else 0}
 
 
 def test_a_simple_recurrent_network_can_compute_the_parity_of_past_inputs() -> None:
@@ -299,15 +276,6 @@ def test_the_compiled_network_is_bit_identical_to_plain_python_in_a_world_withou
         )
         expected = np.stack([net.step(0, 0, 0) for _ in range(12)])
         assert trace.output.values[:, agent].astype(np.float32).tobytes() == expected.tobytes()
-
-
-# Each network is compiled with a rule, for both updates and for a SIMD block.
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    parts = [registry.find_class("network", name) for name in NAMES]
-    requirements = [name for name in REQUIREMENTS if name != "speed"]
-    findings = check_built_in_parts(parts, requirements=requirements)
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
 @pytest.mark.parametrize("kind", NAMES)

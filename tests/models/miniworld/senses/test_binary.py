@@ -31,15 +31,6 @@ def make_experiment_with_senses(*kinds: str, steps: int = 40, **changes: Any) ->
     )
 
 
-def test_last_action_reports_the_performed_action_of_the_previous_step() -> None:
-    trace = replay_in_python(make_experiment_with_senses("last-action"))
-    inputs = trace.sensor.values[:, :, 3:]
-    actions = trace.action.values
-    assert not inputs[0].any()
-    assert set(actions.ravel().tolist()) == {0, 1, 2}
-    np.testing.assert_array_equal(inputs[1:], np.eye(3)[actions[:-1]])
-
-
 def test_senses_with_memory_are_0_for_newborns_of_every_generation() -> None:
     experiment = make_experiment_with_senses("last-action", "touch", steps=5)
     batch = CpuBatch(experiment, 1, [0])
@@ -63,21 +54,6 @@ def test_a_sense_of_three_actions_is_refused_with_a_body_of_four_actions() -> No
         make_experiment_with_senses("last-action", motor={"body": "dancer"})
 
 
-def test_the_compass_reports_the_quadrant_of_the_heading() -> None:
-    trace = replay_in_python(
-        make_experiment_with_senses("compass", steps=60, world={"start": {"headings": "random"}})
-    )
-    inputs = trace.sensor.values[:, :, 3:]
-    degrees = trace.heading.values
-    assert (inputs.sum(axis=-1) == 1).all()
-    expected = [
-        (degrees < 45) | (degrees >= 315),
-        *((degrees >= low) & (degrees < low + 90) for low in (45, 135, 225)),
-    ]
-    np.testing.assert_array_equal(inputs, np.stack(expected, axis=-1))
-    assert inputs.any(axis=(0, 1)).all()
-
-
 def test_touch_reports_only_agents_that_a_wall_stops() -> None:
     walls = {
         "features": ["walls"],
@@ -92,20 +68,6 @@ def test_touch_reports_only_agents_that_a_wall_stops() -> None:
     np.testing.assert_array_equal(touch[1:], is_stopped)
     without_walls = replay_in_python(make_experiment_with_senses("touch", steps=30))
     assert not without_walls.sensor.values[:, :, 3].any()
-
-
-# The item is at angles of 0 and about 23 degrees, at distances of 14 to 15.
-@pytest.mark.parametrize(("y", "expected"), [(50, [0, 1, 0]), (44, [1, 0, 0]), (56, [0, 0, 1])])
-def test_items_of_a_patch_have_other_inputs_than_food(y: float, expected: list[int]) -> None:
-    patch = [64, 64.01, y, y + 0.01, 2, -1.0]
-    world = {
-        "food": [],
-        "start": {"x": 50, "y": 50, "radius": 0},
-        "features": ["patches"],
-        "patches": {"patches": [patch]},
-    }
-    trace = replay_in_python(make_experiment_with_senses("patch", steps=1, world=world))
-    assert trace.sensor.values[0, 0].tolist() == [0, 0, 0, *expected]
 
 
 def stack_positions(trace: xr.Dataset) -> npt.NDArray[np.float64]:
@@ -127,20 +89,6 @@ def find_neighbors(
     angles = (angles - trace.heading.values[step, agent]) % 360
     visible = angles[np.hypot(*vectors.T) <= 40]
     return [bool(((visible - begin) % 360 < 30).any()) for begin in (315, 345, 15)]
-
-
-def test_neighbors_are_visible_in_the_sectors_of_food() -> None:
-    trace = replay_in_python(
-        make_experiment_with_senses("neighbours", world={"start": {"headings": "random"}})
-    )
-    inputs = trace.sensor.values[:, :, 3:]
-    positions = stack_positions(trace)
-    expected = [
-        [find_neighbors(trace, step, agent, positions[step]) for agent in range(4)]
-        for step in range(40)
-    ]
-    np.testing.assert_array_equal(inputs, expected)
-    assert inputs.any(axis=(0, 1)).all()
 
 
 def test_agents_see_the_new_positions_of_earlier_agents_in_sequential_updates() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +12,12 @@ import baldwinlab as bl
 from baldwinlab.analysis import figures
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.senses.food_rays import FoodRays
 from baldwinlab.parts import Sense
 from tests.models.miniworld.plain import replay_in_python
-from tests.oracles.parts import check_built_in_parts
 from tests.worlds import make_single_agent_experiment, make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
-VISUAL_RADIUS = 40
 AGENT = (100.0, 80.0)
 
 
@@ -39,14 +35,6 @@ def sense_at_birth(*items: tuple[float, float], **rays: Any) -> list[float]:
     return values
 
 
-def test_the_default_rays_report_the_same_as_the_sense_rays() -> None:
-    trace = replay_in_python(make_experiment("rays", "food-rays"))
-    rays = trace.sensor.values[..., :5]
-    food_rays = trace.sensor.values[..., 5:]
-    assert (rays > 0).any()
-    np.testing.assert_allclose(food_rays, rays, atol=1e-5)
-
-
 @pytest.mark.parametrize("rays", [1, 3, 9])
 def test_the_number_of_rays_is_the_number_of_inputs(rays: int) -> None:
     experiment = make_experiment("food-rays", "last-action", rays=rays)
@@ -59,17 +47,6 @@ def test_the_number_of_rays_is_the_number_of_inputs(rays: int) -> None:
     assert trace.sizes["side"] == rays + 3
     actions = trace.sensor.values[1:, :, rays:]
     np.testing.assert_array_equal(actions.argmax(-1), trace.action.values[:-1])
-
-
-def test_each_ray_reports_the_item_in_its_direction() -> None:
-    directions = [-90, -45, 0, 45, 90]
-    for ray, degrees in enumerate(directions):
-        angle = math.radians(degrees)
-        item = (20 * math.cos(angle), 20 * math.sin(angle))
-        inputs = sense_at_birth(item, rays=5, angle=180, item_radius=2)
-        expected = [0.0] * 5
-        expected[ray] = 1 - 20 / VISUAL_RADIUS
-        assert inputs == pytest.approx(expected, abs=1e-5)
 
 
 def test_a_single_ray_points_ahead() -> None:
@@ -88,15 +65,6 @@ def test_the_sectors_of_the_rays_are_drawn() -> None:
 def test_a_ray_setting_outside_its_limits_is_refused(field: str, value: float) -> None:
     with pytest.raises(ExperimentError, match=f"senses.food_rays.{field}"):
         make_experiment(**{field: value})
-
-
-# The check takes 24 s.
-@pytest.mark.nightly
-def test_the_sense_fulfills_the_contract() -> None:
-    findings = check_built_in_parts(
-        [FoodRays], requirements=("fields", "limits", "bounds", "oracle")
-    )
-    assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 def test_a_sweep_over_the_number_of_rays_simulates_each_number(tmp_path: Path) -> None:

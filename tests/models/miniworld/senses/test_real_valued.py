@@ -56,47 +56,10 @@ def select_inputs(trace: xr.Dataset, *names: str) -> npt.NDArray[np.float32]:
     return np.stack([trace.sensor.sel(side=name).values for name in names])
 
 
-@pytest.mark.parametrize(
-    ("position", "angle", "distance"),
-    [
-        ((10, 0), 0, 10),
-        ((0, 20), 0.25, 20),
-        ((-20, 0), 0.5, 20),
-        ((0, -30), 0.75, 30),
-        ((10, 10), 0.125, math.sqrt(200)),
-    ],
-)
-def test_nearest_reports_the_angle_and_the_distance_of_food(
-    position: tuple[float, float], angle: float, distance: float
-) -> None:
-    assert sense_at_birth("nearest", position) == pytest.approx(
-        [angle, distance / VISUAL_RADIUS], abs=1e-6
-    )
-
-
-def test_nearest_reports_the_nearer_item_and_a_distance_of_1_without_visible_items() -> None:
-    assert sense_at_birth("nearest", (30, 0), (0, 16)) == pytest.approx([0.25, 0.4], abs=1e-6)
-    assert sense_at_birth("nearest", (VISUAL_RADIUS + 0.1, 0)) == [0, 1]
-    assert sense_at_birth("nearest") == [0, 1]
-
-
 def test_nearest_reports_items_across_the_edge_of_the_map() -> None:
     # The item is at x = 196 on a map of width 200.
     inputs = sense_at_birth("nearest", (-8, 0), agent=(4, 80))
     assert inputs == pytest.approx([0.5, 0.2], abs=1e-6)
-
-
-def test_the_angle_is_relative_to_the_heading() -> None:
-    # The food is at 90 degrees.
-    food = make_single_agent_experiment(AGENT, [(AGENT[0], AGENT[1] + 20)])
-    world = {"start": {"headings": "random"}}
-    headings = set()
-    for seed in range(8):
-        trace = replay_in_python(food.replace(senses={"kinds": ["nearest"]}, world=world), seed)
-        heading = float(trace.heading[0, 0])
-        assert trace.sensor.values[0, 0, 0] == pytest.approx((90 - heading) % 360 / 360, abs=1e-6)
-        headings.add(heading)
-    assert len(headings) > 4
 
 
 def smell(distance: float) -> float:
@@ -147,17 +110,6 @@ def test_a_wall_hides_food_from_nearest_and_rays_but_not_its_smell() -> None:
     assert sense_at_birth("smell", behind, world=WALL) == sense_at_birth("smell", behind)
 
 
-def test_smells_of_both_nostrils_are_equal_only_for_items_in_front() -> None:
-    left, right = sense_at_birth("smell", (20, 0))
-    strength = (1 - (20**2 + 5**2) / 35**2) ** 2
-    assert left == right == pytest.approx(strength / (1 + strength), abs=1e-6)
-    left, right = sense_at_birth("smell", (0, 20))
-    near = (1 - 15**2 / 35**2) ** 2
-    far = (1 - 25**2 / 35**2) ** 2
-    assert (left, right) == pytest.approx((far / (1 + far), near / (1 + near)), abs=1e-6)
-    assert sense_at_birth("smell", (0, -20)) == pytest.approx([right, left], abs=1e-6)
-
-
 def test_smells_add_up_and_decrease_to_0_with_distance() -> None:
     single = sense_at_birth("smell", (20, 0))[0]
     double = sense_at_birth("smell", (20, 0), (20, 0))[0]
@@ -176,18 +128,6 @@ def test_smells_add_up_and_decrease_to_0_with_distance() -> None:
         sense_at_birth("smell", senses={"kinds": ["smell"], "smell": {"nostril_distance": 40}})
 
 
-def test_energy_reports_the_energy_before_the_step_with_saturation() -> None:
-    trace = replay_in_python(
-        make_experiment_with_senses(
-            "energy", senses={"kinds": ["energy"], "energy": {"half_saturation": 3}}
-        ),
-        3,
-    )
-    before = trace.eaten.cumsum("step").values - trace.eaten.values
-    assert before.max() >= 3
-    np.testing.assert_allclose(trace.sensor.values[:, :, 0], before / (before + 3), atol=1e-6)
-
-
 def test_energy_is_0_for_agents_that_lost_more_than_they_gained() -> None:
     poison = [20, 100, 10, 90, 12, -1.0]
     trace = replay_in_python(
@@ -198,23 +138,6 @@ def test_energy_is_0_for_agents_that_lost_more_than_they_gained() -> None:
     )
     assert trace.eaten.sum() > 0
     assert not trace.sensor.values.any()
-
-
-def test_a_ray_reports_the_distance_to_the_first_item() -> None:
-    angle = math.radians(27)
-    ahead = (20.0, 0.0)
-    right = (10 * math.cos(angle), 10 * math.sin(angle))
-    assert sense_at_birth("rays", ahead) == pytest.approx([0, 0, 0.5, 0, 0])
-    # The item to the right is 4.5 from two other rays, which is within its radius.
-    inputs = sense_at_birth("rays", ahead, right)
-    assert inputs == pytest.approx([0, 0, 0.75, 0.75, 0.75], abs=1e-6)
-    narrow = {"kinds": ["rays"], "rays": {"item_radius": 2}}
-    assert sense_at_birth("rays", ahead, right, senses=narrow) == pytest.approx(
-        [0, 0, 0.5, 0.75, 0], abs=1e-6
-    )
-    assert sense_at_birth("rays", (-20, 0)) == [0] * 5
-    # The agent is inside of the item.
-    assert sense_at_birth("rays", (-4, 0)) == pytest.approx([0.9] * 5)
 
 
 def test_binary_inputs_are_equal_in_combination_with_real_valued_senses() -> None:
