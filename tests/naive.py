@@ -1,8 +1,8 @@
 """Naive implementation of the paper's model in plain Python, for comparison with the engine.
 
 It follows docs/explanation/model.md and shares no code with the engine. It computes in float64,
-with math.exp and atan2. A wrong interpretation in the engine is therefore not repeated here.
-Section names are those of the paper.
+with math.exp and atan2, and uses the random numbers of Python. A wrong interpretation in the
+engine is therefore not repeated here. Section names are those of the paper.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from random import Random
 
-from baldwinlab.experiment import Experiment, FoodRegion, World
+from baldwinlab.experiment import Evolution, Experiment, FoodRegion, World
 
 LEFT = 0
 FORWARD = 1
@@ -248,3 +249,104 @@ def make_agent(genome: Genome, x: float, y: float, experiment: Experiment) -> Ag
     if experiment.learning.evolved_rate:
         rate = min(rate * 10 ** genome[0][count], 10)
     return Agent(x, y, modules[0], modules[1] if experiment.learns else None, rate)
+
+
+def simulate_generation(
+    genomes: Sequence[Genome], experiment: Experiment, random: Random
+) -> list[Agent]:
+    """Simulate the agents of a generation in one world, from birth to death."""
+    world = experiment.world
+
+    def reappear(item: Item) -> None:
+        item.x = random.uniform(*item.region.x)
+        item.y = random.uniform(*item.region.y)
+
+    def draw_birthplace() -> tuple[float, float]:
+        distance = world.start.radius * math.sqrt(random.random())
+        angle = random.uniform(0, 2 * math.pi)
+        x = world.start.x + distance * math.cos(angle)
+        y = world.start.y + distance * math.sin(angle)
+        return x % world.width, y % world.height
+
+    def act_noisily(agent: Agent) -> None:
+        if experiment.motor.noise and random.random() < experiment.motor.noise:
+            agent.action = random.choice([LEFT, FORWARD, RIGHT])
+
+    agents = [make_agent(genome, *draw_birthplace(), experiment) for genome in genomes]
+    items = [Item(0, 0, region) for region in world.food for _ in range(region.count)]
+    for item in items:
+        reappear(item)
+    if world.start.headings == "random":
+        for agent in agents:
+            agent.heading = random.randrange(40) * 9
+    for time in range(experiment.lifetime.steps):
+        step(time, agents, items, experiment, reappear, act_noisily)
+    return agents
+
+
+# "Simulation 1: Evolution alone": selection, crossover, mutation
+
+
+def select(fitness: Sequence[float], scheme: str, random: Random) -> int:
+    """Return the number of a parent."""
+    agents = range(len(fitness))
+    if scheme == "tournament":
+        return max(random.choice(agents), random.choice(agents), key=lambda agent: fitness[agent])
+    if scheme == "truncation":
+        shuffled = random.sample(agents, len(agents))
+        best = sorted(shuffled, key=lambda agent: -fitness[agent])[: max(1, len(agents) // 2)]
+        return random.choice(best)
+    shares = list(fitness)
+    if scheme == "rank":
+        shares = [0.5 + sum(rank_points(energy, item) for item in fitness) for energy in fitness]
+    return random.choices(agents, shares if any(shares) else None)[0]
+
+
+def rank_points(energy: float, competitor: float) -> float:
+    """Return 1 for a larger energy than the competitor's, else 1/2."""
+    return 1.0 if competitor < energy else 0.5
+
+
+def make_child(
+    genomes: Sequence[Genome], fitness: Sequence[float], evolution: Evolution, random: Random
+) -> Genome:
+    """Return a genome with each weight from one of two parents at random, after mutation."""
+    # The order of the parents does not matter, because each weight has the same chance.
+    parents = [genomes[select(fitness, evolution.selection, random)] for _ in range(2)]
+    crossed = [
+        [random.choice(pair) for pair in zip(*modules, strict=True)]
+        for modules in zip(*parents, strict=True)
+    ]
+    mutates_child = random.random() < evolution.mutation_rate
+
+    def mutate(weight: float) -> float:
+        mutates = mutates_child
+        if evolution.mutation_gate == "weight":
+            mutates = random.random() < evolution.mutation_rate
+        return weight + random.uniform(-evolution.mutation_size, evolution.mutation_size) * mutates
+
+    return [[mutate(weight) for weight in module] for module in crossed]
+
+
+def draw_genome(experiment: Experiment, random: Random) -> Genome:
+    return [
+        [random.gauss(0, 1) for _ in range(experiment.weight_count)] for _ in experiment.modules
+    ]
+
+
+def evolve(experiment: Experiment, random: Random) -> list[list[Agent]]:
+    """Simulate a run and return the agents of every generation at death."""
+
+    def draw_genomes() -> list[Genome]:
+        return [draw_genome(experiment, random) for _ in range(experiment.population.size)]
+
+    genomes = draw_genomes()
+    history = []
+    for _ in range(experiment.evolution.generations):
+        history.append(simulate_generation(genomes, experiment, random))
+        fitness = [agent.energy for agent in history[-1]]
+        if experiment.evolution.inheritance == "none":
+            genomes = draw_genomes()
+        else:
+            genomes = [make_child(genomes, fitness, experiment.evolution, random) for _ in genomes]
+    return history
