@@ -16,6 +16,7 @@ from functools import wraps
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -206,9 +207,9 @@ def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _refuse_unknown_dimensions() -> Iterator[None]:
     """Raise KeyError for a dimension that does not exist, which `reindex` of xarray ignores."""
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as monkeypatch:
         for data_class in (xr.DataArray, xr.Dataset):
-            patch.setattr(data_class, "reindex", _make_strict(data_class.reindex))
+            monkeypatch.setattr(data_class, "reindex", _make_strict(data_class.reindex))
         yield
 
 
@@ -221,6 +222,13 @@ def _make_strict(reindex: Callable[..., Any]) -> Callable[..., Any]:
         return reindex(data, *arguments, **labels)
 
     return reindex_existing
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _restore_environment() -> Iterator[None]:
+    """Restore the environment variables. Dask changes those of `malloc`, and thus peak memory."""
+    with patch.dict(os.environ):
+        yield
 
 
 @pytest.fixture(autouse=True)
