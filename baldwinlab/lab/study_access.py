@@ -67,16 +67,12 @@ def _open_study(root: Path, directory: Path, modification_time: int) -> StudySto
 def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], ...]:
     """Return the existing paths with their modification times, in nanoseconds.
 
-    Raise StudyError for a path outside the served folder, and for a special file such as a pipe.
+    Raise StudyError for a path outside the served folder.
     """
-    versions = []
+    paths = tuple(paths)
     for path in paths:
         require_inside(root, path)
-        if path.exists():
-            if not (path.is_file() or path.is_dir()):
-                raise StudyError(f"{path} is not a file")
-            versions.append((path, path.stat().st_mtime_ns))
-    return tuple(versions)
+    return tuple((path, path.stat().st_mtime_ns) for path in paths if path.exists())
 
 
 def require_inside(root: Path, path: Path) -> None:
