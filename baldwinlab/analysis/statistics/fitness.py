@@ -29,8 +29,7 @@ from baldwinlab.experiment.outcome import FITNESS
 AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
 SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
-VARIABLE = "unseen maps"
-"""Name of the variable in the dataset of a study."""
+UNSEEN_MAPS_VARIABLE = "unseen maps"
 
 
 def _prefer_cached(measure: Curve) -> Curve:
@@ -239,7 +238,7 @@ def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, 
 def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
 
-    `VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
+    `UNSEEN_MAPS_VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
     stored.
     """
     if not assays:
@@ -248,12 +247,12 @@ def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Da
     for condition, assay in assays.items():
         means = assay["energy"].mean("map")
         values.loc[{"condition": condition, "run": means["run"].values}] = means.values
-    return data.assign({VARIABLE: values})
+    return data.assign({UNSEEN_MAPS_VARIABLE: values})
 
 
 def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
     """Return the mean fitness on unseen maps (condition, run); NaN without the assay."""
-    return data[VARIABLE] if VARIABLE in data else _make_undefined(data)
+    return data[UNSEEN_MAPS_VARIABLE] if UNSEEN_MAPS_VARIABLE in data else _make_undefined(data)
 
 
 def _make_undefined(data: xr.Dataset) -> xr.DataArray:
