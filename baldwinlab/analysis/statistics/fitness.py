@@ -238,8 +238,8 @@ def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, 
 def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
 
-    `UNSEEN_MAPS_VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
-    stored.
+    `UNSEEN_MAPS_VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no
+    assay is stored.
     """
     if not assays:
         return data
