@@ -22,6 +22,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 # The package reads this variable when it is imported. Subprocesses of tests inherit it.
 os.environ.setdefault("BALDWINLAB_POISON", "1")
@@ -54,6 +56,9 @@ def pytest_configure(config: pytest.Config) -> None:
         print_blob=True,
     )
     settings.load_profile("baldwinlab")
+    # Hypothesis also draws constants of all imported modules. Examples would depend on the tests
+    # that ran before in the same process.
+    pytest.MonkeyPatch().setattr(providers, "_get_local_constants", Constants)
     # A shell ignores SIGINT in background jobs, and the commands that tests interrupt would, too.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
