@@ -40,8 +40,6 @@ PROGRAMS: Final = (
     "none-walls-patches",
     "self-taught-walls-patches",
 )
-# Settings that select a module.
-PROGRAM_SETTINGS: Final = ("learning.rule", "world.features")
 # Settings of the needle that its law needs.
 NEEDLE_SETTINGS: Final = ("loci", "trials", "redrawn_loci")
 _PLACEHOLDER: Final = re.compile(r"\{(\w+)\}")
