@@ -276,10 +276,7 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
 
 
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Return whether all experiments use the model "miniworld".
-
-    Returns True if the agents of all experiments are foragers, whose number of steps is a setting.
-    """
+    """Return whether all agents are those of "miniworld", whose number of steps is a setting."""
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 

@@ -7,6 +7,9 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +20,7 @@ from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import extend
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
@@ -26,18 +30,12 @@ from baldwinlab.studies.assays.results import (
     open_assay,
     open_assays,
 )
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 if TYPE_CHECKING:
     import pandas as pd
-
-from base64 import b64encode
-from collections.abc import Sequence
-from html import escape
-
-from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.studies.open import open_sample
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
@@ -310,9 +308,6 @@ class Study(StudyExports):
 
     def _repr_html_(self) -> str:
         """Return the text of the study and the curves of its first conditions, for notebooks."""
-        # Imported late: loading the figures takes a while.
-        from baldwinlab.api.study import render_study
-
         return render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
 
 

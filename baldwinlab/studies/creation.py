@@ -1,4 +1,8 @@
-"""Creation of a study, by one or by several processes."""
+"""Creation of a study, by one or by several processes, and its extension by generations.
+
+An extension writes each `experiment.toml` again, and its stored generations do not change. If the
+process is killed before all files are written, a repetition writes the remaining files.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from baldwinlab.core.file_names import find_case_collision, find_name_fault
-from baldwinlab.core.file_writing import write_exclusively
+from baldwinlab.core.file_writing import write_atomically, write_exclusively
 from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
 from baldwinlab.core.output_paths import enclosing_study, is_study
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -24,10 +28,6 @@ from baldwinlab.studies.study_file import add_checksum, format_study
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
-
-from typing import Final
-
-from baldwinlab.core.file_writing import write_atomically
 
 # Suffixes of the files of a study, which the folder of a condition must not have.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
@@ -237,7 +237,7 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
     `generations`: number of generations, at least that of each condition. Raises `StudyError` if
-    the study is a sweep or a multiverse, or has more generations. Nothing is written.
+    the study is a sweep or a multiverse, or has more generations; then it writes nothing.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:

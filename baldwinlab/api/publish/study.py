@@ -223,7 +223,7 @@ def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
 
 
 def _make_trait_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> Section | None:
-    """Make the section, and write its figures and its CSV file.
+    """Make the section on the changes of innate traits, and write its figures and its CSV file.
 
     None if no condition with the assay evolves and learns.
     """

@@ -30,6 +30,8 @@ export function createIcon(path) {
   return createSvg("svg", attributes, createSvg("path", { d: path }));
 }
 
+export const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
+
 /** Create a button with a text or elements. It submits no form. */
 export function createButton(content, onclick, attributes = {}) {
   return el("button", { type: "button", onclick, ...attributes }, content);

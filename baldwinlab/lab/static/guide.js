@@ -1,10 +1,9 @@
 /** The guide: "What is this?" in a few sentences, and the definition of the Baldwin effect. */
 
 import { navigate } from "./address.js";
-import { createButton, createIconButton, el } from "./common.js";
+import { CLOSE_ICON, createButton, createIconButton, el } from "./common.js";
 import { BALDWIN_EFFECT } from "./topics.js";
 
-const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
 // The values of `guide` in the address.
 const VIEW = "open";
 const DEFINITION = "baldwin";

@@ -4,6 +4,7 @@
 
 import { Ancestors } from "./ancestors.js";
 import {
+  CLOSE_ICON,
   createButton,
   createIconButton,
   el,
@@ -19,7 +20,6 @@ import { Responses } from "./responses.js";
 import { createLifetimeQuery } from "./sources.js";
 import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
 
-const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
 // Maximum number of weights in the chart.
 const MAX_LINES = 200;
 
