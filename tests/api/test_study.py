@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,12 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
         seed=5,
         out=tmp_path_factory.mktemp("mine") / "study",
     )
+
+
+@pytest.fixture
+def copied_study(study: Study, tmp_path: Path) -> Study:
+    """A copy for tests that add files, which other tests of the study must not see."""
+    return bl.open_study(shutil.copytree(study.directory, tmp_path / "copy"))
 
 
 def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: Path) -> None:
@@ -49,16 +56,16 @@ def test_settings_change_all_presets_of_a_run(
 
 
 def test_the_same_call_runs_the_missing_runs(
-    study: Study, capsys: pytest.CaptureFixture[str]
+    copied_study: Study, capsys: pytest.CaptureFixture[str]
 ) -> None:
     resumed = bl.run(
         [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")],
         runs=3,
         seed=5,
-        out=study.directory,
+        out=copied_study.directory,
     )
     assert "4 of 6 runs stored" in capsys.readouterr().out
-    assert resumed.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
+    assert resumed.runs("evo/A") == copied_study.runs("evo/A") == [0, 1, 2]
 
 
 def test_an_open_study_has_its_data_and_replays_lifetimes(study: Study) -> None:
@@ -93,31 +100,31 @@ def test_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study)
 
 
 def test_the_first_request_of_an_assay_runs_it(
-    study: Study, capsys: pytest.CaptureFixture[str]
+    copied_study: Study, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    innate = study.assay("innate", "evo+self-taught/A", workers=1)
+    innate = copied_study.assay("innate", "evo+self-taught/A", workers=1)
     xr.testing.assert_identical(
-        innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A")
+        innate, bl.open_assay(copied_study.directory, "innate", "evo+self-taught/A")
     )
     assert "2 assays to do" in capsys.readouterr().out
-    all_conditions = study.assay("innate")
+    all_conditions = copied_study.assay("innate")
     assert "assays to do" not in capsys.readouterr().out
     assert all_conditions.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]
     learned = all_conditions.energy.sel(condition="evo+self-taught/A")
     np.testing.assert_array_equal(
         learned.dropna("life", how="all"), innate.energy.transpose(*learned.dims)
     )
-    assert "assays: innate" in repr(study)
+    assert "assays: innate" in repr(copied_study)
     with pytest.raises(BaldwinLabError, match="there is no assay 'instinct'"):
-        study.assay("instinct")
+        copied_study.assay("instinct")
 
 
 def test_an_assay_of_conditions_with_different_settings_has_the_settings_of_all(
-    study: Study,
+    copied_study: Study,
 ) -> None:
-    joined = study.assay("reaction")
-    for condition in study.conditions:
-        stored = bl.open_assay(study.directory, "reaction", condition)
+    joined = copied_study.assay("reaction")
+    for condition in copied_study.conditions:
+        stored = bl.open_assay(copied_study.directory, "reaction", condition)
         of_condition = joined.energy.sel(condition=condition).dropna("setting", how="all")
         for coordinate in ("field", "value"):
             assert set(of_condition[coordinate].values) == set(stored[coordinate].values)
@@ -130,12 +137,13 @@ def test_an_assay_of_conditions_with_different_settings_has_the_settings_of_all(
 
 
 @pytest.mark.nightly  # two reports
-def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -> None:
-    assert study.report() == study.directory / "report.html"
-    assert "<html" in study.report(tmp_path / "page.html", last=2).read_text("utf-8")
+def test_its_report_lies_in_it_or_where_one_says(copied_study: Study, tmp_path: Path) -> None:
+    assert copied_study.report() == copied_study.directory / "report.html"
+    assert "<html" in copied_study.report(tmp_path / "page.html", last=2).read_text("utf-8")
 
 
-def test_a_record_leads_to_its_experiment(study: Study) -> None:
+def test_a_record_leads_to_its_experiment(copied_study: Study) -> None:
+    study = copied_study
     evo, taught = shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")
     assert bl.read_experiment(bl.simulate(evo, seed=1)) == evo
     assert bl.read_experiment(study.replay("evo+self-taught/A", run=0, generation=1)) == taught

@@ -129,7 +129,9 @@ def test_the_oldest_snapshots_are_dropped(
 
 
 def test_a_request_without_frames_describes_the_world(lab_server: LabServer) -> None:
-    header, arrays = get_arrays(lab_server.address, "frames", **SMALL)
+    # No other test requests frames of this lifetime, whose steps the server keeps.
+    lifetime = SMALL | {"run": 0, "generation": 1}
+    header, arrays = get_arrays(lab_server.address, "frames", **lifetime)
     assert header["frames"] == []
     assert (header["steps"], header["agents"], header["simulated"]) == (300, 20, 0)
     assert header["appearance"]["item_kinds"][0]["name"] == "food"

@@ -107,7 +107,7 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
         (write_different_record(generations=4), OTHER_EXPERIMENT),
         (write_different_record(rate=0.5), OTHER_EXPERIMENT),
-        (cut_record, ""),
+        (cut_record, "its checksum does not fit its content"),
     ],
     ids=["swapped", "another run", "another seed", "another length", "another rate", "cut"],
 )

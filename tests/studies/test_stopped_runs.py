@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -182,8 +183,10 @@ def test_a_lifetime_after_the_end_of_a_run_is_refused_in_one_sentence(
 
 
 def test_assays_measure_the_last_generation_of_a_stopped_run(
-    stopped: StudyStore, expected: list[int]
+    stopped: StudyStore, expected: list[int], tmp_path: Path
 ) -> None:
+    # Other tests compare all files of the study.
+    stopped = StudyStore(shutil.copytree(stopped.directory, tmp_path / "copy"))
     names = ["innate", "neutral", "descent", "reaction", "within-life"]
     run_assays(stopped, {"evo/A": names}, 2, ignore_progress, ignore_message)
     assays = read_assays(stopped)
