@@ -9,25 +9,21 @@ from math import nan
 from typing import Any
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.statistics.contrasts import explain_verdict
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
-from baldwinlab.analysis.statistics.power import (
-    describe_required_runs,
-    interval_runs,
-    rank_test_runs,
-)
+from baldwinlab.analysis.statistics.families import FamilyTest
+from baldwinlab.analysis.statistics.power import describe_required_runs, interval_runs
 from baldwinlab.analysis.statistics.rules import (
-    INTERVAL_BOUNDS,
-    P_VALUE_RULES,
-    SIGNIFICANCE_LEVEL,
+    MIN_INTERVAL_RUNS,
     UNDECIDED,
     VERDICTS,
     Verdict,
     combine_verdicts,
+    has_enough_runs,
 )
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS, PlannedTest
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.analysis.statistics.stability import MIN_STABILITY
 from baldwinlab.papers.claims import Claim, ClaimComparison
+from baldwinlab.papers.rules import RULES, Rule
 
 
 @dataclass(frozen=True)
@@ -36,21 +32,29 @@ class Finding:
 
     comparison: ClaimComparison
     numbers: statistics.Comparison
-    # p-value, corrected for all comparisons of the claims.
-    p_holm: float
     verdict: Verdict
     # Meaning of the measure if a model defines it, else "".
     meaning: str = ""
-    # The smallest corrected p-value that the numbers of runs allow.
-    smallest_p_holm: float = nan
-    # The test of a rule that uses the p-value, and the level below which its uncorrected p-value
-    # would be significant.
-    test: PlannedTest | None = None
-    level: float = nan
+    # The test, whose p-value is corrected for all comparisons of the claims; None without a test.
+    test: FamilyTest | None = None
     # Share of bootstrap samples of runs with the same verdict, for a rule that uses a rank test.
     stability: float = nan
     # Number of stored runs without a value, by condition; only numbers above 0.
     unused_runs: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def rule(self) -> Rule:
+        return RULES[self.comparison.rule]
+
+    @property
+    def deciding_test(self) -> FamilyTest | None:
+        """The test, if the rule uses its p-value."""
+        return self.test if self.rule.kind in ("direction", "survival") else None
+
+    @property
+    def p_holm(self) -> float:
+        """The corrected p-value, or NaN without a test."""
+        return self.test.p_holm if self.test else nan
 
     @property
     def is_unstable(self) -> bool:
@@ -65,11 +69,9 @@ class Finding:
         """Whether the comparison is undecided because it has too few runs."""
         if self.verdict != UNDECIDED:
             return False
-        if self.comparison.rule in P_VALUE_RULES:
-            return self.smallest_p_holm >= SIGNIFICANCE_LEVEL
-        # A single run has no interval. All other rules need one.
-        has_single_run = 1 in (self.numbers.n_a, self.numbers.n_b)
-        return has_single_run and math.isnan(self.numbers.low)
+        if self.deciding_test:
+            return self.deciding_test.has_too_few_runs
+        return self.rule.kind == "interval" and not has_enough_runs(self.numbers)
 
     @property
     def label(self) -> str:
@@ -84,21 +86,25 @@ class Finding:
         """
         if self.verdict != UNDECIDED:
             return None
-        rule = self.comparison.rule
-        if rule in P_VALUE_RULES and self.test is not None:
-            return rank_test_runs(self.test, self.numbers.p, self.level)
-        if rule in INTERVAL_BOUNDS:
-            return interval_runs(self.numbers, INTERVAL_BOUNDS[rule](self.comparison.bound))
+        if self.deciding_test:
+            return self.deciding_test.required_runs
+        if self.rule.contains_limits:
+            return MIN_INTERVAL_RUNS
+        if self.rule.kind == "interval":
+            return interval_runs(self.numbers, self.rule.limits(self.comparison.bound))
         return None
 
     @property
     def explanation(self) -> str:
         """The number that decides, if needed, and the runs that an undecided comparison needs."""
-        is_undecided = self.verdict == UNDECIDED
-        required = describe_required_runs(self.required_runs) if is_undecided else ""
-        if self.comparison.rule not in P_VALUE_RULES:
-            return required
-        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
+        is_decided = self.verdict != UNDECIDED
+        if self.deciding_test:
+            low, high = self.numbers.low, self.numbers.high
+            return self.deciding_test.explain(low, high, is_decided=is_decided)
+        if is_decided:
+            return ""
+        minimum = f"an interval needs {MIN_INTERVAL_RUNS} runs" if self.has_too_few_runs else ""
+        return _join_notes([minimum, describe_required_runs(self.required_runs)])
 
     @property
     def note(self) -> str:
@@ -130,7 +136,7 @@ class Finding:
             "interval": None if low is None else [low, high],
             "p_holm": finite_or_none(self.p_holm),
             "verdict": self.verdict,
-            "smallest_p_holm": finite_or_none(self.smallest_p_holm),
+            "smallest_p_holm": self.test.smallest_p_holm if self.test else None,
             "too_few_runs": self.has_too_few_runs,
             "required_runs": self.required_runs,
             "stability": finite_or_none(self.stability),

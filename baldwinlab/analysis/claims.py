@@ -6,11 +6,10 @@ method.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -20,30 +19,23 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
-from baldwinlab.analysis.statistics.power import level_of_next_test, levels_of_tests
 from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.statistics.rules import (
-    DIRECTION_RULES,
-    RULES,
-    RUN_STATISTICS,
-    direction,
-)
-from baldwinlab.analysis.statistics.sample_sizes import (
-    PlannedTest,
-    describe_too_few,
-    smallest_corrected_p,
-)
+from baldwinlab.analysis.statistics.rules import decide, direction
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.analysis.statistics.stability import direction_stability
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.papers.claims import (
-    FIRST_GENERATIONS,
-    PROBABILITY_RULES,
-    Claim,
-    ClaimComparison,
-)
+from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison
+from baldwinlab.papers.rules import RULES
 
+SUMMARIES: Final[Mapping[str, Callable[..., Any]]] = {
+    "mean": np.mean,
+    "minimum": np.min,
+    "maximum": np.max,
+}
+"""Statistics of all runs that have no interval."""
 STATISTICS_COLUMNS = ("claim", *COMPARISON_COLUMNS)
 
 
@@ -95,35 +87,34 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
     """Return the findings of all comparisons, whose tests are one family."""
     comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
     numbers = {comparison: _measure_comparison(comparison, samples) for comparison in comparisons}
-    tested = [comparison for comparison in comparisons if not math.isnan(numbers[comparison].p)]
-    p_values = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
-    tests = [
-        _planned_test(comparison, numbers[comparison].n_a, numbers[comparison].n_b)
-        for comparison in tested
-    ]
-    p_holm = dict(zip(tested, p_values, strict=True))
-    smallest_p_values = smallest_corrected_p(tests).tolist()
-    smallest_p_holm = dict(zip(tested, smallest_p_values, strict=True))
-    planned = dict(zip(tested, tests, strict=True))
-    level = level_of_next_test(p_values)
-    levels = dict(zip(tested, levels_of_tests(p_values).tolist(), strict=True))
-    findings = {}
-    for comparison in comparisons:
-        p = p_holm.get(comparison, nan)
-        verdict = RULES[comparison.rule](numbers[comparison], p, comparison.bound)
-        findings[comparison] = Finding(
-            comparison=comparison,
-            numbers=numbers[comparison],
-            p_holm=p,
-            verdict=verdict,
-            meaning=samples.meaning(comparison),
-            smallest_p_holm=smallest_p_holm.get(comparison, nan),
-            test=planned.get(comparison),
-            level=level,
-            stability=_measure_stability(comparison, samples, numbers[comparison], p, levels),
-            unused_runs=_count_unused_runs(comparison, samples, numbers[comparison]),
-        )
-    return findings
+    family = correct_family(
+        {
+            comparison: (_planned_test(comparison, row.n_a, row.n_b), row.p)
+            for comparison, row in numbers.items()
+        }
+    )
+    return {
+        comparison: _make_finding(comparison, samples, row, family.get(comparison))
+        for comparison, row in numbers.items()
+    }
+
+
+def _make_finding(
+    comparison: ClaimComparison,
+    samples: Samples,
+    numbers: statistics.Comparison,
+    test: FamilyTest | None,
+) -> Finding:
+    p_holm = test.p_holm if test else nan
+    return Finding(
+        comparison=comparison,
+        numbers=numbers,
+        verdict=decide(RULES[comparison.rule], numbers, p_holm, comparison.bound),
+        meaning=samples.meaning(comparison),
+        test=test,
+        stability=_measure_stability(comparison, samples, numbers, test),
+        unused_runs=_count_unused_runs(comparison, samples, numbers),
+    )
 
 
 def _count_unused_runs(
@@ -144,18 +135,17 @@ def _measure_stability(
     comparison: ClaimComparison,
     samples: Samples,
     numbers: statistics.Comparison,
-    p_holm: float,
-    levels: Mapping[ClaimComparison, float],
+    test: FamilyTest | None,
 ) -> float:
     """Return the stability of the verdict of a rank test, NaN for other comparisons."""
-    if comparison.rule not in DIRECTION_RULES or comparison not in levels:
+    if RULES[comparison.rule].kind != "direction" or test is None:
         return nan
     a, b = _get_samples(comparison, samples)
     return direction_stability(
         a.values,
         b.values,
-        direction(numbers, p_holm),
-        levels[comparison],
+        direction(numbers, test.p_holm),
+        test.level,
         is_paired=comparison.paired,
     )
 
@@ -170,14 +160,8 @@ def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTes
 def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "") -> str:
     """Return sentences if the runs are too few for the tests of the claims, else ""."""
     findings = {finding.comparison: finding for result in results for finding in result.findings}
-    tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
-    return describe_too_few(
-        [
-            _planned_test(finding.comparison, finding.numbers.n_a, finding.numbers.n_b)
-            for finding in tested
-        ],
-        instruction=instruction,
-    )
+    tests = [finding.test.planned for finding in findings.values() if finding.test]
+    return describe_too_few(tests, instruction=instruction)
 
 
 def planned_claim_tests(
@@ -199,11 +183,14 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     if not values.size:
         return _undefined_comparison(n_a=0, n_b=0)
     median = float(np.median(values))
-    if comparison.measure == "most" or comparison.rule in RUN_STATISTICS:
+    statistic = RULES[comparison.rule].statistic
+    if comparison.measure == "most":
+        statistic = "maximum"
+    if statistic in SUMMARIES:
         # A mean or an extreme of all runs has no interval.
-        summarize = RUN_STATISTICS.get(comparison.rule, np.max)
-        return _describe_single_sample(values.size, median, effect=float(summarize(values)))
-    if comparison.rule in PROBABILITY_RULES:
+        effect = float(SUMMARIES[statistic](values))
+        return _describe_single_sample(values.size, median, effect=effect)
+    if statistic == "probability":
         probability, low, high = estimate_probability(values.values)
         return _describe_single_sample(
             n_runs=values.size, median=median, effect=probability, low=low, high=high

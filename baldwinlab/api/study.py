@@ -226,7 +226,7 @@ class Study(StudyExports):
 
         contrasts = lab_results.compare_study(self._store, last, baseline or "")
         rows = [
-            {**contrast.row(), "smallest_p_holm": contrast.smallest_p_holm}
+            {**contrast.row(), "smallest_p_holm": contrast.test.smallest_p_holm}
             for contrast in contrasts.rows
         ]
         table = pd.DataFrame(rows, columns=[*COMPARISON_COLUMNS, "smallest_p_holm"])

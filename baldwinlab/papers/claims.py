@@ -5,23 +5,19 @@ The comment at the top of `le_2019/claims.toml` explains the keys.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
+from baldwinlab.papers.rules import RULES, Bound
 
 # Value of `b` that selects the first generations of the condition `a`.
 FIRST_GENERATIONS = "first"
 
-Rule = Literal[
-    "greater", "lower", "close", "survives_longer", "zero",
-    "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
-    "probability_above", "probability_below", "probability_equals",
-]  # fmt: skip
 Kind = Literal["paper", "implementation", "own"]
 KINDS: Mapping[Kind, tuple[str, str]] = {
     "paper": ("claim of the paper", "claims of the paper"),
@@ -41,72 +37,14 @@ COMMON_MEASURES = ("best", "mean", "share", "most", "unseen-maps")
 # Measure of the assay of the same name: the mean over agents and maps.
 UNSEEN_MAPS_MEASURE = "unseen-maps"
 
-RULES: Mapping[Rule, str] = {
-    "greater": (
-        "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is "
-        "higher in the median and in A12. Does not hold if it is significantly lower in any "
-        "comparison. Otherwise undecided."
-    ),
-    "lower": (
-        "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is "
-        "lower in the median and in A12. Does not hold if it is significantly higher in any "
-        "comparison. Otherwise undecided."
-    ),
-    "close": (
-        "Holds if the 95 % interval of the difference is within {bound} of 0. Does not hold if the "
-        "interval is completely outside. Otherwise undecided."
-    ),
-    "survives_longer": (
-        "Holds if, in every comparison, the corrected p of the log-rank test is below 0.05 and the "
-        "first condition survives longer, also in the restricted mean. Does not hold if it "
-        "survives significantly shorter in any comparison. Otherwise undecided. Runs that survive "
-        "to the end are censored."
-    ),
-    "zero": (
-        "Holds if no agent ate an item in any run and any generation. Otherwise it does not hold."
-    ),
-    "at_least": (
-        "Holds if the 95 % interval of the median over runs is at or above {bound}. Does not hold "
-        "if the interval is completely below. Otherwise undecided."
-    ),
-    "within": (
-        "Holds if the 95 % interval of the median over runs is in {bound}. Does not hold if the "
-        "interval is completely outside. Otherwise undecided."
-    ),
-    "mean_within": "Holds if the mean over runs is in {bound}. Otherwise it does not hold.",
-    "mean_at_most": "Holds if the mean over runs is at most {bound}. Otherwise it does not hold.",
-    "every_at_most": (
-        "Holds if the value is at most {bound} in every run. Otherwise it does not hold."
-    ),
-    "every_at_least": (
-        "Holds if the value is at least {bound} in every run. Otherwise it does not hold."
-    ),
-    "probability_above": (
-        "Holds if the 95 % Clopper-Pearson interval of the probability is above {bound}. Does not "
-        "hold if the interval is below. Otherwise undecided."
-    ),
-    "probability_below": (
-        "Holds if the 95 % Clopper-Pearson interval of the probability is below {bound}. Does not "
-        "hold if the interval is above. Otherwise undecided."
-    ),
-    "probability_equals": (
-        "Holds if the 95 % Clopper-Pearson interval of the probability contains {bound}. Otherwise "
-        "it does not hold."
-    ),
-}
-PROBABILITY_RULES: tuple[Rule, ...] = (
-    "probability_above",
-    "probability_below",
-    "probability_equals",
-)
-"""Rules for a measure that is 0 or 1 in every run. The probability is that of 1."""
-_RULES_WITH_TWO_BOUNDS: tuple[Rule, ...] = ("within", "mean_within")
-_RULES_WITH_ONE_BOUND: tuple[Rule, ...] = (
-    "at_least",
-    "mean_at_most",
-    "every_at_most",
-    "every_at_least",
-)
+
+def _check_rule(name: str) -> str:
+    if name not in RULES:
+        raise ValueError(f"{name!r} is not a rule; allowed are {', '.join(RULES)}")
+    return name
+
+
+RuleName = Annotated[str, AfterValidator(_check_rule)]
 
 
 class ClaimComparison(DeclaredTable):
@@ -115,11 +53,11 @@ class ClaimComparison(DeclaredTable):
     a: str = Field(min_length=1)
     # One of `COMMON_MEASURES`, or a measure of the condition's model.
     measure: str
-    rule: Rule
+    rule: RuleName
     b: str = ""
     # Compare runs with the same number, for example because they share a landscape.
     paired: bool = False
-    bound: float | tuple[float, float] | None = None
+    bound: Bound = None
 
     @field_validator("a")
     @classmethod
@@ -130,14 +68,8 @@ class ClaimComparison(DeclaredTable):
 
     @model_validator(mode="after")
     def _refuse_unused_keys(self) -> Self:
-        rules_with_bound = (
-            *_RULES_WITH_TWO_BOUNDS,
-            *_RULES_WITH_ONE_BOUND,
-            *PROBABILITY_RULES,
-            "close",
-        )
-        if self.bound is not None and self.rule not in rules_with_bound:
-            rules = ", ".join(rules_with_bound)
+        if self.bound is not None and not RULES[self.rule].n_bounds:
+            rules = ", ".join(name for name, rule in RULES.items() if rule.n_bounds)
             raise ValueError(
                 f"the rule {self.rule!r} uses no bound; leave bound out, or take one of {rules}"
             )
@@ -150,44 +82,39 @@ class ClaimComparison(DeclaredTable):
 
     @model_validator(mode="after")
     def _require_keys_of_rule(self) -> Self:
-        # By rule: whether its requirement is met, and the requirement.
-        requirements = {
-            "greater": (bool(self.b), "a and b"),
-            "lower": (bool(self.b), "a and b"),
-            "close": (bool(self.b) and isinstance(self.bound, float), "a, b and a bound"),
-            "survives_longer": (
-                bool(self.b) and not self.paired and self.measure not in COMMON_MEASURES,
-                "a and b, a measure of the model, and runs that are not paired",
-            ),
-            "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
-        }
-        is_ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
-        requirements |= dict.fromkeys(
-            _RULES_WITH_TWO_BOUNDS,
-            (is_ordered and not self.b, "a bound of two numbers, the lower first, and no b"),
-        )
-        requirements |= dict.fromkeys(
-            _RULES_WITH_ONE_BOUND,
-            (isinstance(self.bound, float) and not self.b, "a bound, and no b"),
-        )
-        is_special_measure = self.measure not in COMMON_MEASURES
-        requirements |= dict.fromkeys(
-            PROBABILITY_RULES,
-            (
-                isinstance(self.bound, float) and not self.b and is_special_measure,
-                "a measure that is 0 or 1, a bound, and no b",
-            ),
-        )
         if self.paired and not self.b:
             raise ValueError("paired runs need a and b")
-        is_met, requirement = requirements[self.rule]
-        if not is_met:
-            raise ValueError(f"the rule {self.rule!r} needs {requirement}")
+        requirements = [*self._list_requirements()]
+        if not all(is_met for is_met, _ in requirements):
+            *texts, last = [text for _, text in requirements]
+            needed = f"{', '.join(texts)}, and {last}" if texts else last
+            raise ValueError(f"the rule {self.rule!r} needs {needed}")
         if self.b == FIRST_GENERATIONS and self.measure not in ("best", "mean", "share"):
             raise ValueError(
                 f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'"
             )
         return self
+
+    def _list_requirements(self) -> Iterator[tuple[bool, str]]:
+        """Yield whether each requirement of the rule is met, and its description."""
+        rule = RULES[self.rule]
+        is_model_measure = self.measure not in COMMON_MEASURES
+        if rule.has_reference:
+            yield bool(self.b), "a and b"
+        if rule.kind == "survival":
+            yield is_model_measure, "a measure of the model"
+            yield not self.paired, "runs that are not paired"
+        if rule.statistic == "probability":
+            yield is_model_measure, "a measure that is 0 or 1"
+        if rule.n_bounds == 1:
+            yield isinstance(self.bound, float), "a bound"
+        if rule.n_bounds == 2:
+            is_ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
+            yield is_ordered, "a bound of two numbers, the lower first"
+        if self.rule == "zero":
+            yield self.measure == "most", "the measure 'most'"
+        if not rule.has_reference:
+            yield not self.b, "no b"
 
     @property
     def reference(self) -> str:
@@ -225,7 +152,7 @@ class Claim(DeclaredTable):
     id: str
     title: str
     text: str = Field(alias="claim")
-    decided_by: Rule | None = Field(None, alias="rule")
+    decided_by: RuleName | None = Field(None, alias="rule")
     # Statement of the paper or of another source; "" for a question of this study.
     paper: str = ""
     # By default, "paper" for a statement of a paper, else "own".
@@ -266,7 +193,7 @@ class Claim(DeclaredTable):
     def rule(self) -> str:
         """Return the rules of the verdict as text."""
         bounds = {comparison.rule: comparison.limit for comparison in self.comparisons}
-        return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in bounds.items())
+        return " And: ".join(RULES[rule].text.format(bound=bound) for rule, bound in bounds.items())
 
     @property
     def conditions(self) -> set[str]:

@@ -19,7 +19,7 @@ from scipy import stats
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_statistics
-from baldwinlab.analysis.statistics.rules import RULES, Verdict, combine_verdicts
+from baldwinlab.analysis.statistics.rules import Verdict, combine_verdicts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
 from baldwinlab.papers.paper import Paper, open_paper
@@ -194,7 +194,6 @@ def test_claims_name_only_existing_conditions_rules_and_fields() -> None:
     for claim in load().claims:
         for comparison in claim.comparisons:
             assert comparison.conditions <= names
-            assert comparison.rule in RULES
         for choice in claim.choices:
             part, field = choice.field.split(".")
             assert field in fields[part]
@@ -264,6 +263,13 @@ def test_a_measure_of_a_model_is_compared_with_bounds(
     tmp_path: Path, comparison: str, verdict: Verdict
 ) -> None:
     assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
+
+
+@pytest.mark.parametrize("rule", ['"within", bound = [0.3, 0.6]', '"at_least", bound = 0.1'])
+def test_an_interval_of_fewer_than_six_runs_decides_nothing(tmp_path: Path, rule: str) -> None:
+    result = of_strings(tmp_path, f'measure = "unset", rule = {rule}', guessing=SPREAD[:5])
+    assert (result.verdict, result.label) == ("undecided", "too few runs")
+    assert result.note.startswith("an interval needs 6 runs; about 6 runs would decide this")
 
 
 def test_a_measure_of_a_model_ignores_missing_runs_and_generations(
@@ -439,14 +445,14 @@ def test_a_stopped_run_has_the_value_of_its_own_last_generation(tmp_path: Path) 
 def test_a_claim_states_the_number_of_runs_without_a_value(
     tmp_path: Path, other_comparison: str
 ) -> None:
-    data = strings(guessing=SPREAD)
+    data = strings(guessing=[*SPREAD, 0.43, 0.45])
     # Half of the agents never succeed in two of the runs.
-    data["succeeded"] = data["succeeded"].where(data["succeeded"]["run"] < 4, 0)
+    data["succeeded"] = data["succeeded"].where(data["succeeded"]["run"] < 6, 0)
     record = of_strings(tmp_path, other_comparison + TAKE_OFF, data).record()
     assert record["verdict"] == "holds"
-    assert record["note"] == "2 of 6 runs of guessing have no value"
+    assert record["note"] == "2 of 8 runs of guessing have no value"
     assert record["comparisons"][-1]["unused_runs"] == {"guessing": 2}
-    assert record["comparisons"][-1]["n_a"] == 4
+    assert record["comparisons"][-1]["n_a"] == 6
 
 
 def test_a_claim_counts_no_run_whose_measure_is_infinite(
@@ -456,5 +462,5 @@ def test_a_claim_counts_no_run_whose_measure_is_infinite(
     # A ratio to a change of 0, in two of the runs.
     infinite = Measure("ratio", lambda runs: (0.0 * runs["run"]).where(runs["run"] > 1, -np.inf))
     monkeypatch.setattr(type(source), "measures", lambda paper, name: {"take-off": infinite})
-    (result,) = evaluate_claims(strings(guessing=SPREAD), source=source)
-    assert result.record()["note"] == "2 of 6 runs of guessing have no value"
+    (result,) = evaluate_claims(strings(guessing=[*SPREAD, 0.43, 0.45]), source=source)
+    assert result.record()["note"] == "2 of 8 runs of guessing have no value"

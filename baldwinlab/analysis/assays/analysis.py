@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +20,7 @@ from baldwinlab.analysis.assays.criteria import (
     CONTROL_LAST,
     INNATE_LAST,
     NO,
+    NOT_MEASURABLE,
     NOT_MEASURED,
     RULE_SIGNS,
     UNDECIDED,
@@ -38,18 +40,11 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.statistics.contrasts import explain_verdict
-from baldwinlab.analysis.statistics.power import (
-    describe_required_runs,
-    level_of_next_test,
-    rank_test_runs,
-)
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
     PlannedTest,
     describe_too_few,
-    smallest_corrected_p,
 )
 from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -57,6 +52,16 @@ from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors
 
 Table = Mapping[Quantity, xr.DataArray]
+
+
+class _QuantityComparison(NamedTuple):
+    """The comparison of the two quantities of a criterion."""
+
+    pairs: statistics.Pairs | None
+    # Number of runs in which a quantity is undefined.
+    left_out: int = 0
+    # Whether both quantities have the same value in all runs, so that nothing can be compared.
+    is_constant: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,18 +73,20 @@ class Answer:
     numbers: statistics.Pairs | None
     # Number of runs in which `a` or `b` of the criterion is undefined.
     left_out: int
-    # p-value, corrected for all tests of the analysis.
-    p_holm: float
     verdict: Verdict
-    # The smallest corrected p-value that the number of runs allows.
-    smallest_p_holm: float = nan
-    # Level of the uncorrected p-value below which the answer would be significant.
-    level: float = nan
+    # The test, whose p-value is corrected for all tests of the analysis; None if not measured.
+    test: FamilyTest | None = None
+
+    @property
+    def p_holm(self) -> float:
+        """The corrected p-value, or NaN without a test."""
+        return self.test.p_holm if self.test else nan
 
     @property
     def has_too_few_runs(self) -> bool:
         """Whether the answer is undecided because it has too few runs."""
-        return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANCE_LEVEL
+        has_too_few_runs = self.test is not None and self.test.has_too_few_runs
+        return self.verdict == UNDECIDED and has_too_few_runs
 
     @property
     def label(self) -> str:
@@ -89,13 +96,10 @@ class Answer:
     @property
     def note(self) -> str:
         """The number that decides, if needed, and the runs that an undecided answer needs."""
-        if self.numbers is None:
+        if self.numbers is None or self.test is None:
             return ""
-        required = ""
-        if self.verdict == UNDECIDED:
-            runs = rank_test_runs(_planned_test(self.numbers.n), self.numbers.p, self.level)
-            required = describe_required_runs(runs)
-        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
+        is_decided = self.verdict != UNDECIDED
+        return self.test.explain(self.numbers.low, self.numbers.high, is_decided=is_decided)
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,6 @@ class ConditionResult:
             criterion=criteria[criterion],
             numbers=None,
             left_out=0,
-            p_holm=nan,
             verdict=NOT_MEASURED,
         )
 
@@ -254,29 +257,19 @@ def _answer_criteria(
         for criterion in criteria
         if criterion.applies_to(experiment)
     }
-    tests = {key: pairs for key, (pairs, _) in comparisons.items() if pairs}
-    p_values = statistics.holm([pairs.p for pairs in tests.values()]).tolist()
-    planned = [_planned_test(pairs.n) for pairs in tests.values()]
-    smallest_p_values = smallest_corrected_p(planned).tolist()
-    level = level_of_next_test(p_values)
-    p_holm = dict(zip(tests, p_values, strict=True))
-    smallest_p_holm = dict(zip(tests, smallest_p_values, strict=True))
+    family = correct_family(
+        {
+            key: (_planned_test(comparison.pairs.n), comparison.pairs.p)
+            for key, comparison in comparisons.items()
+            if comparison.pairs and not comparison.is_constant
+        }
+    )
     answers: dict[str, list[Answer]] = {name: [] for name in experiments}
-    for (name, criterion), (pairs, left_out) in comparisons.items():
-        # A criterion that was not measured has no p-value.
-        p = p_holm.get((name, criterion), nan)
-        smallest_p = smallest_p_holm.get((name, criterion), nan)
-        verdict = _decide(RULE_SIGNS[criterion.rule], pairs, p)
+    for (name, criterion), comparison in comparisons.items():
+        test = family.get((name, criterion))
+        verdict = _decide(RULE_SIGNS[criterion.rule], comparison, test)
         answers[name].append(
-            Answer(
-                criterion=criterion,
-                numbers=pairs,
-                left_out=left_out,
-                p_holm=p,
-                verdict=verdict,
-                smallest_p_holm=smallest_p,
-                level=level,
-            )
+            Answer(criterion, comparison.pairs, comparison.left_out, verdict, test)
         )
     return {name: tuple(condition_answers) for name, condition_answers in answers.items()}
 
@@ -298,13 +291,15 @@ def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], i
     return list(values[:, is_defined]), n_undefined
 
 
-def _compare_quantities(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
-    """Return the comparison of a criterion's quantities, and the number of runs left out."""
+def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparison:
+    """Compare the quantities of a criterion."""
     if criterion.a not in table or criterion.b not in table:
-        return None, 0
+        return _QuantityComparison(None)
     (a, b), left_out = _select_defined(table, criterion.a, criterion.b)
-    pairs = statistics.compare_pairs(a, b) if a.size else None
-    return pairs, left_out
+    if not a.size:
+        return _QuantityComparison(None, left_out)
+    is_constant = bool((a == a[0]).all() and (b == a[0]).all())
+    return _QuantityComparison(statistics.compare_pairs(a, b), left_out, is_constant)
 
 
 def _planned_test(n_runs: int) -> PlannedTest:
@@ -330,15 +325,17 @@ def planned_tests(
     return tests
 
 
-def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict:
+def _decide(sign: int, comparison: _QuantityComparison, test: FamilyTest | None) -> Verdict:
     """Return the verdict of a criterion that requires a difference with the sign `sign`."""
+    pairs = comparison.pairs
     if pairs is None:
         return NOT_MEASURED
-    is_zero_in_every_run = pairs.above == pairs.below == 0
-    if pairs.n > 1 and is_zero_in_every_run:
-        return NO
-    # A p-value of NaN is undecided, too.
-    if not p_holm < SIGNIFICANCE_LEVEL:
+    if test is None:
+        return NOT_MEASURABLE
+    # Ties in all of enough runs show that no difference exists, as in an equivalence test.
+    if pairs.above == pairs.below == 0:
+        return UNDECIDED if test.has_too_few_runs else NO
+    if not test.is_significant:
         return UNDECIDED
     effect = sign * pairs.effect
     # Above 0 if more runs differ in the required direction than in the opposite one.

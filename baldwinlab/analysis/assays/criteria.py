@@ -13,10 +13,12 @@ from baldwinlab.analysis.assays.phrases import Terms, fill_terms, select_terms
 from baldwinlab.analysis.assays.values import Quantity
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-Verdict = Literal["yes", "no", "undecided", "not measured"]
+Verdict = Literal["yes", "no", "undecided", "not measurable", "not measured"]
 YES: Final[Verdict] = "yes"
 NO: Final[Verdict] = "no"
 UNDECIDED: Final[Verdict] = "undecided"
+# Both quantities have the same value in all runs.
+NOT_MEASURABLE: Final[Verdict] = "not measurable"
 NOT_MEASURED: Final[Verdict] = "not measured"
 RULE_SIGNS: Final = {"greater": 1, "lower": -1}
 # Innate fitness in the last generations of a condition, and of its no-learning control.
@@ -75,12 +77,11 @@ def load_rules() -> dict[str, str]:
 def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
     """Return no if any verdict is no, yes if all are yes, else undecided.
 
-    `verdicts`: "not measured" is ignored. Returns the verdict, or "not measured" if nothing was
-    measured.
+    Criteria that are not measured or not measurable are ignored, unless no other exists.
     """
-    measured_verdicts = set(verdicts) - {NOT_MEASURED}
+    measured_verdicts = set(verdicts) - {NOT_MEASURED, NOT_MEASURABLE}
     if not measured_verdicts:
-        return NOT_MEASURED
+        return NOT_MEASURABLE if NOT_MEASURABLE in verdicts else NOT_MEASURED
     if NO in measured_verdicts:
         return NO
     return YES if measured_verdicts == {YES} else UNDECIDED

@@ -22,16 +22,20 @@ from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.numbers import format_number
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
+from baldwinlab.analysis.statistics.sample_sizes import (
+    TOO_FEW_RUNS,
+    PlannedTest,
+    describe_too_few,
+)
 from baldwinlab.core.assay_variables import OPPONENTS
 
-Difference = Literal["higher", "lower", "undecided"]
+Difference = Literal["higher", "lower", "undecided", "too few runs"]
 HIGHER: Final[Difference] = "higher"
 LOWER: Final[Difference] = "lower"
 UNDECIDED: Final[Difference] = "undecided"
-DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED)
+DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
 GENERATION_DIMS: Final = ("first_generation", "second_generation")
 """Dimensions of the generations of the first and of the second species."""
 TITLE: Final = "Opponents of earlier generations"
@@ -62,17 +66,17 @@ class GenerationTest:
     # The species, the compared generations, and their opponents.
     question: str
     pairs: statistics.Pairs
-    # p-value, corrected for all comparisons of the study.
-    p_holm: float
+    # The test, whose p-value is corrected for all comparisons of the study.
+    test: FamilyTest
 
     @property
     def difference(self) -> Difference:
         """The direction of a significant difference."""
         majority = self.pairs.above - self.pairs.below
-        # False for a p-value of NaN.
-        is_significant = self.p_holm < SIGNIFICANCE_LEVEL
         has_one_direction = majority * self.pairs.effect > 0
-        if not is_significant or not has_one_direction:
+        if self.test.has_too_few_runs:
+            return TOO_FEW_RUNS
+        if not self.test.is_significant or not has_one_direction:
             return UNDECIDED
         return HIGHER if majority > 0 else LOWER
 
@@ -101,16 +105,19 @@ def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest
 
     Returns three tests for each species of each condition; none if only one generation met.
     """
-    comparisons = []
-    for condition, data in stored.items():
-        for matrix in list_matrices(data):
-            for question, pairs in _compare_matrix(matrix):
-                comparisons.append((condition, question, pairs))
-    p_values = statistics.holm([pairs.p for *_, pairs in comparisons]).tolist()
-    return [
-        GenerationTest(*comparison, p_holm=p)
-        for comparison, p in zip(comparisons, p_values, strict=True)
-    ]
+    comparisons = {
+        (condition, question): pairs
+        for condition, data in stored.items()
+        for matrix in list_matrices(data)
+        for question, pairs in _compare_matrix(matrix)
+    }
+    family = correct_family(
+        {
+            key: (PlannedTest(pairs.n, pairs.n, "Wilcoxon"), pairs.p)
+            for key, pairs in comparisons.items()
+        }
+    )
+    return [GenerationTest(*key, comparisons[key], test) for key, test in family.items()]
 
 
 def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pairs]]:
@@ -170,7 +177,7 @@ def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
     """Make the section of a report on the assay `opponents`, and save its figure."""
     tests = compare_generations(stored)
     sentences = compose_sentences(tests)
-    too_few = describe_too_few([_planned_test(test) for test in tests])
+    too_few = describe_too_few([test.test.planned for test in tests])
     figure = ReportFigure(
         name=OPPONENTS,
         title=TITLE,
@@ -188,10 +195,6 @@ def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
         groups=group_by_question(tests),
     )
     return Section(anchor=OPPONENTS, title=TITLE, body=body, summary=" ".join(sentences))
-
-
-def _planned_test(test: GenerationTest) -> PlannedTest:
-    return PlannedTest(n_a=test.pairs.n, n_b=test.pairs.n, method="Wilcoxon")
 
 
 @styled

@@ -215,7 +215,7 @@ def _answer_record(answer: Answer) -> dict[str, Any]:
         **replace_undefined(numbers),
         "left_out": answer.left_out,
         "p_holm": finite_or_none(answer.p_holm),
-        "smallest_p_holm": finite_or_none(answer.smallest_p_holm),
+        "smallest_p_holm": answer.test.smallest_p_holm if answer.test else None,
         "too_few_runs": answer.has_too_few_runs,
     }
 

@@ -11,7 +11,7 @@ from itertools import chain
 from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
-from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.analysis.assays.phrases import Terms
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.papers.texts import Inference
@@ -21,17 +21,20 @@ MORE: Final = "more"
 LESS: Final = "less"
 SAME: Final = "the same"
 NOTHING_INNATE_HEADLINE: Final = "learning raises fitness; no agent eats without learning"
+TOO_FEW_RUNS_NOTE: Final = " (too few runs to establish a difference)"
 TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on the effect of learning on fitness"
 PHASE_1_HEADLINES: Final = {
     YES: "learning raises fitness",
     NO: "not all comparisons show that learning raises fitness",
     UNDECIDED: "undecided: the runs do not show whether learning raises fitness",
+    NOT_MEASURABLE: "not measurable: fitness is the same in all runs, with and without learning",
     NOT_MEASURED: "unknown: fitness with and without learning was not compared",
 }
 PHASE_2_ADDITIONS: Final = {
     YES: "; innate fitness and the innate share rise",
     NO: "; innate fitness or the innate share does not rise",
     UNDECIDED: "; whether innate fitness and the innate share rise is undecided",
+    NOT_MEASURABLE: "; whether innate fitness rises is not measurable, because it is constant",
     NOT_MEASURED: "; innate fitness over the generations was not measured",
 }
 
@@ -69,14 +72,16 @@ def _describe_drift(result: ConditionResult) -> Iterator[str]:
     drift = result.answer("learning")
     if drift.numbers:
         meaning = {
-            YES: "Learning helps more than random changes.",
-            NO: "Random changes help as much as learning.",
-            UNDECIDED: "The runs do not show a difference.",
+            MORE: "Learning helps more than random changes.",
+            LESS: "Random changes help more than learning.",
+            SAME: "Random changes help as much as learning.",
+            UNDECIDED: _describe_undecided(drift),
         }
         yield (
             "With random weight changes instead of learning (drift), it eats "
             f"{format_number(drift.numbers.median_b)}; in the same generations it eats "
-            f"{format_number(drift.numbers.median_a)} with learning. {meaning[drift.verdict]}"
+            f"{format_number(drift.numbers.median_a)} with learning. "
+            f"{meaning[_difference_sign(drift)]}"
         )
 
 
@@ -136,7 +141,7 @@ def _describe_guidance(result: ConditionResult, terms: Terms) -> Iterator[str]:
             "comparison does not show why: the assay fork separates relaxed selection from worse "
             "genomes.",
             SAME: "Both are the same.",
-            UNDECIDED: "The runs do not show a difference.",
+            UNDECIDED: _describe_undecided(guidance),
         }
         yield (
             f"With learning off, agents of the last generations {terms.eat} "
@@ -155,8 +160,9 @@ def _describe_gain_change(result: ConditionResult) -> Iterator[str]:
             SAME: "does not change",
             UNDECIDED: "does not change significantly",
         }
+        note = TOO_FEW_RUNS_NOTE if change.has_too_few_runs else ""
         yield (
-            f"The gain from learning {verb[_difference_sign(change)]}: "
+            f"The gain from learning {verb[_difference_sign(change)]}{note}: "
             f"{format_number(change.numbers.median_b)} in the first generations, "
             f"{format_number(change.numbers.median_a)} in the last."
         )
@@ -194,7 +200,10 @@ def _compare_with_neutral(answer: Answer) -> str:
     meaning = {
         YES: "selection increases it",
         NO: "selection does not increase it",
-        UNDECIDED: "the effect of selection is undecided",
+        NOT_MEASURABLE: "the values are the same in all runs",
+        UNDECIDED: "too few runs to decide the effect of selection"
+        if answer.has_too_few_runs
+        else "the effect of selection is undecided",
     }
     return (
         f"{format_number(answer.numbers.median_a)} against "
@@ -210,6 +219,8 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
         improving_modules = [
             answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES
         ]
+        has_too_few_runs = reinforcement.has_too_few_runs or action.has_too_few_runs
+        note = TOO_FEW_RUNS_NOTE if has_too_few_runs else ""
         meaning = {
             0: "Neither evolved module alone significantly improves fitness",
             1: f"Of the two evolved modules, only the {''.join(improving_modules)} module alone "
@@ -217,7 +228,7 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
             2: "Each of the two evolved modules alone improves fitness",
         }
         yield (
-            f"{meaning[len(improving_modules)]}: agents eat "
+            f"{meaning[len(improving_modules)]}{note}: agents eat "
             f"{format_number(reinforcement.numbers.median_a)} with an evolved reinforcement module "
             f"and a random action module, {format_number(action.numbers.median_a)} with a random "
             "reinforcement module and an evolved action module, "
@@ -235,10 +246,16 @@ def _difference_sign(answer: Answer) -> str:
     return MORE if answer.numbers.effect > 0 else LESS
 
 
+def _describe_undecided(answer: Answer) -> str:
+    if answer.has_too_few_runs:
+        return "The runs are too few to establish a difference."
+    return "The runs do not show a difference."
+
+
 def _note_insignificance(answer: Answer) -> str:
     """Return a remark if the difference is not significant."""
     if answer.has_too_few_runs:
-        return " (too few runs to establish a difference)"
+        return TOO_FEW_RUNS_NOTE
     return " (the difference is not significant)" if answer.verdict == UNDECIDED else ""
 
 
@@ -253,7 +270,8 @@ def _describe_phases(result: ConditionResult) -> str:
     """Return whether learning raises fitness, and whether innate fitness and its share rise."""
     first_phase = result.phase_verdict(1)
     second_phase = result.phase_verdict(2)
-    if (first_phase, second_phase) == (YES, NO) and result.eats_only_with_learning:
+    has_no_innate_rise = second_phase in (NO, NOT_MEASURABLE)
+    if first_phase == YES and has_no_innate_rise and result.eats_only_with_learning:
         return NOTHING_INNATE_HEADLINE
     has_too_few_runs = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
     headline = (
@@ -261,7 +279,7 @@ def _describe_phases(result: ConditionResult) -> str:
         if first_phase == UNDECIDED and has_too_few_runs
         else PHASE_1_HEADLINES[first_phase]
     )
-    if first_phase != YES and second_phase in (UNDECIDED, NOT_MEASURED):
+    if first_phase != YES and second_phase in (UNDECIDED, NOT_MEASURABLE, NOT_MEASURED):
         return headline
     return headline + PHASE_2_ADDITIONS[second_phase]
 

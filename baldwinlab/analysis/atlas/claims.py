@@ -22,6 +22,7 @@ from baldwinlab.analysis.atlas.statistics import (
 from baldwinlab.analysis.statistics.rules import (
     FAILS,
     HOLDS,
+    MIN_INTERVAL_RUNS,
     NOT_EVALUATED,
     UNDECIDED,
     Verdict,
@@ -86,6 +87,9 @@ def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasCla
             continue
         n_runs = min(maps[name].sizes["run"] for name in names)
         verdict, numbers = evaluate(maps, claim.bounds)
+        if n_runs < MIN_INTERVAL_RUNS:
+            verdict = UNDECIDED
+            numbers = f"Too few runs: a verdict needs {MIN_INTERVAL_RUNS}. {numbers}"
         results.append(AtlasClaimResult(claim, AtlasEvaluation(verdict, numbers, n_runs)))
     return results
 

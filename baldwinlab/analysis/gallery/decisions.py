@@ -24,7 +24,7 @@ from baldwinlab.analysis.statistics.equivalence import equivalence_p
 from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
 from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.power import signed_rank_runs
-from baldwinlab.analysis.statistics.rank_tests import signed_rank_tails
+from baldwinlab.analysis.statistics.rank_tests import has_exact_signed_rank, signed_rank_tails
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
@@ -118,6 +118,8 @@ class _Limits(NamedTuple):
     difference: float
     equivalence: float
     bound: float
+    # Whether tests of bootstrap samples use the exact distribution without ties.
+    ignores_ties: bool
 
 
 def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
@@ -138,7 +140,13 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
         float(equivalence_p(values[None], bound)[0])
         for values, bound in zip(samples, bounds, strict=True)
     ]
-    limits = map(_Limits, critical_p_values(differences), critical_p_values(equivalences), bounds)
+    limits = map(
+        _Limits,
+        critical_p_values(differences),
+        critical_p_values(equivalences),
+        bounds,
+        map(has_exact_signed_rank, samples),
+    )
     numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
     measurements = iter([_make_measurement(*row) for row in numbers])
     return [
@@ -177,9 +185,9 @@ def _finite_values(estimate: Estimate) -> Sample:
     return values[np.isfinite(values)]
 
 
-def _difference_p(samples: Sample) -> Sample:
+def _difference_p(samples: Sample, *, ignores_ties: bool = False) -> Sample:
     """Return the two-sided p-value of the signed-rank test of each sample [sample, run]."""
-    p_less, p_greater = signed_rank_tails(samples)
+    p_less, p_greater = signed_rank_tails(samples, ignores_ties=ignores_ties)
     return np.asarray(np.minimum(1.0, 2 * np.minimum(p_less, p_greater)), np.float64)
 
 
@@ -189,8 +197,9 @@ def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
     An effect within the equivalence bound is equivalent to no effect, even if it differs from 0
     significantly.
     """
-    is_equivalent = equivalence_p(samples, limits.bound) < limits.equivalence
-    is_different = _difference_p(samples) < limits.difference
+    p_equivalent = equivalence_p(samples, limits.bound, ignores_ties=limits.ignores_ties)
+    is_equivalent = p_equivalent < limits.equivalence
+    is_different = _difference_p(samples, ignores_ties=limits.ignores_ties) < limits.difference
     effects = np.median(samples, axis=1)
     verdicts = np.select(
         [is_equivalent, is_different & (effects > 0), is_different & (effects < 0)],

@@ -15,12 +15,6 @@ MEASURE_NAMES = {
     "most": "highest number of items that an agent ate",
     "unseen-maps": "average agent on unseen maps",
 }
-RULE_AGGREGATES = {
-    "mean_within": ", mean over runs",
-    "mean_at_most": ", mean over runs",
-    "every_at_most": ", maximum over runs",
-    "every_at_least": ", minimum over runs",
-}
 
 
 def name_measures(outcome: str) -> dict[str, str]:
@@ -47,7 +41,8 @@ def describe_comparison(finding: Finding) -> str:
     comparison = finding.comparison
     measure = name_measure(finding)
     if not comparison.b:
-        aggregate = RULE_AGGREGATES.get(comparison.rule, "")
+        is_number = finding.rule.kind == "number" and comparison.measure != "most"
+        aggregate = f", {finding.rule.statistic} over runs" if is_number else ""
         return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
     median_a = format_number(finding.numbers.median_a)
     median_b = format_number(finding.numbers.median_b)
@@ -69,8 +64,7 @@ def describe_finding(finding: Finding) -> str:
     if comparison.measure == "most":
         return f"{comparison.a}: {measure}: {effect}"
     if not comparison.b and comparison.measure != "share":
-        aggregate = RULE_AGGREGATES.get(comparison.rule, ", median over runs")
-        return f"{comparison.a}: {measure}{aggregate}: {effect}"
+        return f"{comparison.a}: {measure}, {finding.rule.statistic} over runs: {effect}"
     if not comparison.b:
         return f"{comparison.a}: share of agents that eat in the last generations: {effect}"
     if comparison.rule == "survives_longer":

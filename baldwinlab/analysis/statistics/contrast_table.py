@@ -51,7 +51,7 @@ def _format_cells(contrast: Contrast, has_common_reference: bool) -> dict[str, s
         "verdict": contrast.verdict,
         "effect": format_effect(contrast),
         "p": format_p_value(numbers.p),
-        "p_holm": format_p_value(contrast.p_holm),
+        "p_holm": format_p_value(contrast.test.p_holm),
         "a12": format_number(numbers.a12),
         "runs": f"{numbers.n_a}, {numbers.n_b}",
     }
@@ -94,7 +94,9 @@ def format_effect(contrast: Contrast) -> str:
 def format_test(contrast: Contrast) -> str:
     """Return the p-value and the runs, such as "corrected p 1.9e-09, 30 and 30 runs"."""
     numbers = contrast.numbers
-    return f"corrected p {format_p_value(contrast.p_holm)}, {numbers.n_a} and {numbers.n_b} runs"
+    return (
+        f"corrected p {format_p_value(contrast.test.p_holm)}, {numbers.n_a} and {numbers.n_b} runs"
+    )
 
 
 def summarize_contrasts(contrasts: Contrasts) -> list[str]:

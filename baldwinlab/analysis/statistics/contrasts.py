@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
-from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,17 +12,12 @@ import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.power import (
-    describe_required_runs,
-    level_of_next_test,
-    rank_test_runs,
-)
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL, UNDECIDED, direction
+from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
+from baldwinlab.analysis.statistics.rules import UNDECIDED, direction
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
     PlannedTest,
     describe_too_few,
-    smallest_corrected_p,
 )
 from baldwinlab.experiment.factors import Factors, read_factors
 
@@ -53,12 +47,8 @@ class Contrast(NamedTuple):
         Name of the compared quantity, from `name_outcome`.
     numbers : Comparison
         The comparison of the condition with the reference.
-    p_holm : float
-        The p-value, corrected for all comparisons of the study.
-    smallest_p_holm : float
-        The smallest corrected p-value that the numbers of runs allow.
-    level : float
-        Level of the uncorrected p-value below which the comparison would be significant.
+    test : FamilyTest
+        The test, whose p-value is corrected for all comparisons of the study.
     """
 
     condition: str
@@ -66,17 +56,17 @@ class Contrast(NamedTuple):
     measure: str
     outcome: str
     numbers: statistics.Comparison
-    p_holm: float
-    smallest_p_holm: float
-    level: float
+    test: FamilyTest
 
     @property
     def verdict(self) -> str:
         """The verdict: "higher", "lower", or if not significant, "undecided" or "too few runs"."""
-        sign = direction(self.numbers, self.p_holm)
-        if sign:
-            return "higher" if sign > 0 else "lower"
-        return TOO_FEW_RUNS if self.smallest_p_holm >= SIGNIFICANCE_LEVEL else UNDECIDED
+        undecided = TOO_FEW_RUNS if self.test.has_too_few_runs else UNDECIDED
+        return {1: "higher", 0: undecided, -1: "lower"}[self._direction]
+
+    @property
+    def _direction(self) -> int:
+        return direction(self.numbers, self.test.p_holm)
 
     @property
     def required_runs(self) -> int | None:
@@ -84,17 +74,13 @@ class Contrast(NamedTuple):
 
         The effect is assumed to be the observed one.
         """
-        if self.verdict in ("higher", "lower"):
-            return None
-        test = PlannedTest(self.numbers.n_a, self.numbers.n_b)
-        return rank_test_runs(test, self.numbers.p, self.level)
+        return None if self._direction else self.test.required_runs
 
     @property
     def note(self) -> str:
         """The number that decides, if needed, and the runs that an undecided comparison needs."""
-        is_decided = self.verdict in ("higher", "lower")
-        required = "" if is_decided else describe_required_runs(self.required_runs)
-        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
+        numbers = self.numbers
+        return self.test.explain(numbers.low, numbers.high, is_decided=bool(self._direction))
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table, with the keys `COMPARISON_COLUMNS`."""
@@ -103,7 +89,7 @@ class Contrast(NamedTuple):
             "condition_b": self.reference,
             "measure": self.measure,
         }
-        result = {"p_holm": self.p_holm, "verdict": self.verdict}
+        result = {"p_holm": self.test.p_holm, "verdict": self.verdict}
         return labels | self.numbers._asdict() | result
 
 
@@ -142,26 +128,9 @@ class Contrasts:
     @property
     def too_few(self) -> str:
         """The sentences about runs that are too few for a verdict, or an empty string."""
-        tests = [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
-        return describe_too_few(tests, instruction=self.instruction)
-
-
-def explain_verdict(low: float, high: float, p_holm: float, required_runs: str = "") -> str:
-    """Explain a verdict: the number that decides, and the runs that an undecided one needs.
-
-    An interval is that of a single comparison. The verdict uses the p-value corrected for all
-    comparisons, so it can be undecided although the interval excludes 0. A rank test can also be
-    significant although the interval of the medians includes 0. `required_runs` is the result of
-    `describe_required_runs`. The result is "" if nothing needs an explanation.
-    """
-    notes = [required_runs] if required_runs else []
-    excludes_zero = low > 0 or high < 0
-    has_interval = not (isnan(low) or isnan(p_holm))
-    if has_interval and excludes_zero != (p_holm < SIGNIFICANCE_LEVEL):
-        notes.insert(
-            0, f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
+        return describe_too_few(
+            [row.test.planned for row in self.rows], instruction=self.instruction
         )
-    return "; ".join(notes)
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
@@ -189,22 +158,18 @@ def compare_final_values(
     }
     pairs = find_references(factors_with_runs, baseline)
     outcome = fitness.outcome(finals)
-    tests = [(*pair, measure, outcome) for pair in pairs.items() for measure in COMPARED_MEASURES]
-    numbers = [
-        _compare_runs(finals[measure], condition, reference)
-        for condition, reference, measure, _ in tests
-    ]
-    corrected = statistics.holm([comparison.p for comparison in numbers])
-    smallest = smallest_corrected_p(
-        [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
+    numbers = {
+        (*pair, measure): _compare_runs(finals[measure], *pair)
+        for pair in pairs.items()
+        for measure in COMPARED_MEASURES
+    }
+    family = correct_family(
+        {key: (PlannedTest(row.n_a, row.n_b), row.p) for key, row in numbers.items()}
     )
-    levels = [level_of_next_test(corrected)] * len(tests)
-    # Each row has the fields of a `Contrast`, of which the first four are a test.
-    rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), levels, strict=True)
     return Contrasts(
         pairing=describe_pairing(pairs, factors),
         last=last,
-        rows=tuple(Contrast(*test, *values) for test, *values in rows),
+        rows=tuple(Contrast(*key, outcome, numbers[key], test) for key, test in family.items()),
     )
 
 

@@ -7,6 +7,7 @@ Y. Benjamini and Y. Hochberg, Journal of the Royal Statistical Society B 57 (199
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,9 +34,21 @@ def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
     criticals = np.empty_like(ps)
     for index in range(ps.size):
         remaining = np.sort(np.delete(ps, index))
-        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit. The
-        # products are those of `q_values`: a p-value that equals a limit is rounded the same way.
+        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit.
         possible = np.flatnonzero(remaining * (ps.size / ranks[1:]) < SIGNIFICANCE_LEVEL)
         rank = ranks[possible[-1] + 1] if possible.size else 1
-        criticals[index] = SIGNIFICANCE_LEVEL * rank / ps.size
+        criticals[index] = _find_limit(ps.size / rank)
     return criticals
+
+
+def _find_limit(factor: float) -> float:
+    """Return the smallest p-value whose product with a factor is not below the level.
+
+    `q_values` computes the same product, so that a p-value at the limit is rounded the same way.
+    """
+    limit = SIGNIFICANCE_LEVEL / factor
+    while limit * factor < SIGNIFICANCE_LEVEL:
+        limit = math.nextafter(limit, 1)
+    while (smaller := math.nextafter(limit, 0)) * factor >= SIGNIFICANCE_LEVEL:
+        limit = smaller
+    return limit

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.rules import MIN_INTERVAL_RUNS, SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 from baldwinlab.analysis.statistics.samples import Sample
 
@@ -92,6 +92,8 @@ def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
 def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None:
     """Compute the number of runs whose interval of the observed effect contains no bound.
 
+    It is at least `MIN_INTERVAL_RUNS`.
+
     The width of an interval decreases with the square root of the number of runs. An infinite bound
     is not used. The result is the number of runs for a probability of 80 %, or None if it is
     undefined or more than `MAX_RUNS`.
@@ -103,7 +105,7 @@ def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None
     quantile = float(stats.norm.isf(SIGNIFICANCE_LEVEL / 2))
     widening = 1 + float(stats.norm.ppf(POWER)) / quantile
     n_runs = max(comparison.n_a, comparison.n_b)
-    required = max(2, ceil(n_runs * (widening * half_width / distance) ** 2))
+    required = max(MIN_INTERVAL_RUNS, ceil(n_runs * (widening * half_width / distance) ** 2))
     return required if required <= MAX_RUNS else None
 
 

@@ -26,7 +26,9 @@ MAX_EXACT_PAIRS = 40_000
 MAX_EXACT_ARRANGEMENTS = 20_000
 # Largest number of differences for which all 2**n combinations of signs are enumerated.
 MAX_EXACT_SIGNS = 13
-# Number of samples whose signs are enumerated together, which bounds the memory.
+# Largest number of differences without ties for which SciPy computes an exact p-value.
+MAX_EXACT_DIFFERENCES = 50
+# Number of samples that are enumerated together, which bounds the memory.
 SAMPLES_PER_BLOCK = 250
 
 
@@ -46,35 +48,50 @@ def signed_rank(differences: Sample) -> float:
     float
         The p-value, above 0 and at most 1.
     """
-    nonzero = differences[differences != 0]
-    sizes = np.abs(nonzero)
-    # A difference of 0 counts as a tie.
-    has_ties = np.unique(sizes).size < differences.size
-    if differences.size > MAX_EXACT_SIGNS or not has_ties:
+    if differences.size > MAX_EXACT_SIGNS or not _has_tied_differences(differences):
         return float(stats.wilcoxon(differences).pvalue)
     # SciPy would take a second or more, because it enumerates the signs one at a time.
     share_below, share_above = _enumerate_signs(differences[None])
     return min(1.0, 2 * min(float(share_below[0]), float(share_above[0])))
 
 
-def signed_rank_tails(samples: Sample) -> tuple[Sample, Sample]:
+def has_exact_signed_rank(differences: Sample) -> bool:
+    """Return whether the p-value of `signed_rank` is exact."""
+    if differences.size <= MAX_EXACT_SIGNS:
+        return True
+    return differences.size <= MAX_EXACT_DIFFERENCES and not _has_tied_differences(differences)
+
+
+def _has_tied_differences(differences: Sample) -> bool:
+    """Return whether two differences have the same size. A difference of 0 counts as a tie."""
+    return np.unique(np.abs(differences[differences != 0])).size < differences.size
+
+
+def signed_rank_tails(samples: Sample, *, ignores_ties: bool = False) -> tuple[Sample, Sample]:
     """Compute both one-sided p-values of Wilcoxon's signed-rank test for samples [sample, pair].
 
     The alternatives are that differences are below 0 and above 0. p is exact for up to 13
     differences. For more, it is that of SciPy. Zeros are ignored. p is 1 if all differences are 0.
+    With `ignores_ties`, p uses the exact distribution of differences without ties. Bootstrap
+    samples have ties, although the p-value of their runs is exact.
     """
     if samples.shape[1] <= MAX_EXACT_SIGNS:
-        blocks = np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))
-        tails = [_enumerate_signs(block) for block in blocks]
+        tails = [_enumerate_signs(block) for block in _split_samples(samples)]
         share_below, share_above = (np.concatenate(tail) for tail in zip(*tails, strict=True))
         return share_below, share_above
+    method: Literal["auto", "exact"] = "exact" if ignores_ties else "auto"
     # SciPy divides by 0 if all differences are 0.
     with np.errstate(invalid="ignore", divide="ignore"):
         p_less, p_greater = (
-            stats.wilcoxon(samples, axis=1, alternative=alternative).pvalue
+            stats.wilcoxon(samples, axis=1, alternative=alternative, method=method).pvalue
             for alternative in ("less", "greater")
         )
     return np.where(np.isnan(p_less), 1.0, p_less), np.where(np.isnan(p_greater), 1.0, p_greater)
+
+
+def _split_samples(samples: Sample) -> list[Sample]:
+    """Split samples [sample, value] into blocks of at most `SAMPLES_PER_BLOCK` samples."""
+    return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))
 
 
 def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
@@ -113,35 +130,68 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
         The two-sided p-value. If all values are equal, it is 1.
     """
     pooled = np.concatenate([a, b])
-    n_distinct = np.unique(pooled).size
     n_pairs = a.size * b.size
-    if n_distinct == 1:
+    if np.unique(pooled).size == 1:
         return n_pairs / 2, 1.0
-    has_ties = n_distinct < pooled.size
     method: Literal["exact", "asymptotic"] = "asymptotic"
-    if not has_ties and n_pairs <= MAX_EXACT_PAIRS:
+    if has_exact_mann_whitney(a, b):
         method = "exact"
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     u = float(result.statistic)
-    if has_ties and comb(pooled.size, a.size) <= MAX_EXACT_ARRANGEMENTS:
-        return u, _p_of_all_arrangements(stats.rankdata(pooled), a.size)
+    if method == "asymptotic" and comb(pooled.size, a.size) <= MAX_EXACT_ARRANGEMENTS:
+        ranks = stats.rankdata(pooled)[None]
+        return u, float(_enumerate_arrangements(ranks, a.size)[0])
     return u, float(result.pvalue)
 
 
-def _p_of_all_arrangements(ranks: Sample, size_a: int) -> float:
-    """Compute the exact p-value of the rank sum of sample a: of the first `size_a` ranks."""
-    # [arrangement, value]: indices of ranks, for each way to choose the ranks of sample a.
-    arrangements = list(combinations(range(ranks.size), size_a))
-    rank_sums = ranks[arrangements].sum(axis=1)
-    observed_rank_sum = float(ranks[:size_a].sum())
-    return _two_sided_p(rank_sums, observed_rank_sum)
+def has_exact_mann_whitney(a: Sample, b: Sample) -> bool:
+    """Return whether `mann_whitney` uses the exact distribution of values without ties."""
+    has_ties = np.unique(np.concatenate([a, b])).size < a.size + b.size
+    return not has_ties and a.size * b.size <= MAX_EXACT_PAIRS
 
 
-def _two_sided_p(rank_sums: Sample, observed_rank_sum: float) -> float:
-    """Return twice the share of the rank sums at least as extreme as the observed one."""
-    share_below = float(np.mean(rank_sums <= observed_rank_sum))
-    share_above = float(np.mean(rank_sums >= observed_rank_sum))
-    return min(1.0, 2 * min(share_below, share_above))
+def mann_whitney_tests(
+    samples_a: Sample, samples_b: Sample, *, ignores_ties: bool
+) -> tuple[Sample, Sample]:
+    """Compute u and p of `mann_whitney` for each pair of samples [sample, value].
+
+    With `ignores_ties`, p uses the exact distribution of values without ties if there are too many
+    arrangements to count. Bootstrap samples have ties, although the p-value of their runs is exact.
+    """
+    size_a, size_b = samples_a.shape[1], samples_b.shape[1]
+    if comb(size_a + size_b, size_a) <= MAX_EXACT_ARRANGEMENTS:
+        ranks = stats.rankdata(np.concatenate([samples_a, samples_b], axis=1), axis=1)
+        u = ranks[:, :size_a].sum(axis=1) - size_a * (size_a + 1) / 2
+        p = [_enumerate_arrangements(block, size_a) for block in _split_samples(ranks)]
+        return u, np.concatenate(p)
+    method: Literal["exact", "asymptotic"] = "exact" if ignores_ties else "asymptotic"
+    # SciPy divides by 0 if all values are equal.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        result = stats.mannwhitneyu(samples_a, samples_b, axis=1, method=method)
+    p_values = np.asarray(result.pvalue, np.float64)
+    return np.asarray(result.statistic, np.float64), np.where(np.isnan(p_values), 1.0, p_values)
+
+
+def _enumerate_arrangements(ranks: Sample, size_a: int) -> Sample:
+    """Return the exact p-value of each rank sum of sample a: of the first `size_a` ranks.
+
+    `ranks`: [sample, value].
+    """
+    n_values = ranks.shape[1]
+    # The two-sided p-value of both rank sums is the same, and the smaller sample has fewer terms.
+    is_a_smaller = 2 * size_a <= n_values
+    size = size_a if is_a_smaller else n_values - size_a
+    smaller = ranks[:, :size_a] if is_a_smaller else ranks[:, size_a:]
+    observed = smaller.sum(axis=1)[:, None]
+    # [arrangement, value]: indices of ranks, for each way to choose the ranks of the sample.
+    arrangements = np.array(list(combinations(range(n_values), size)))
+    # [sample, arrangement]
+    rank_sums = np.zeros((ranks.shape[0], len(arrangements)))
+    for indices in arrangements.T:
+        rank_sums += ranks[:, indices]
+    share_below = (rank_sums <= observed).mean(axis=1)
+    share_above = (rank_sums >= observed).mean(axis=1)
+    return np.asarray(np.minimum(1.0, 2 * np.minimum(share_below, share_above)), np.float64)
 
 
 def holm(ps: Sequence[float] | Sample) -> Sample:

@@ -1,17 +1,13 @@
-"""Decide claims: each rule takes a comparison and a bound, and returns a verdict.
-
-The claims of a paper name the rules; `papers.claims.RULES` describes them in sentences.
-"""
+"""Verdicts of claims: apply the rules of `papers.rules` to the numbers of comparisons."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
-
-import numpy as np
+from collections.abc import Mapping
+from typing import Final, Literal
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.papers.rules import Bound, Rule
 
 Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
 HOLDS: Verdict = "holds"
@@ -24,8 +20,8 @@ VERDICT_MARKS: Mapping[Verdict, str] = {HOLDS: "âœ“", UNDECIDED: "?", FAILS: "âœ
 
 SIGNIFICANCE_LEVEL = 0.05
 
-# A number; a pair of numbers for `within`; None for a rule without a bound.
-Bound = Any
+# With fewer runs, the 95 % interval of a median has a smaller coverage, as the sign test shows.
+MIN_INTERVAL_RUNS: Final = 6
 
 
 def direction(comparison: Comparison, p_holm: float) -> int:
@@ -37,17 +33,21 @@ def direction(comparison: Comparison, p_holm: float) -> int:
     return -1 if comparison.effect < 0 and comparison.a12 < 0.5 else 0
 
 
-def greater(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a is significantly larger than b."""
-    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(comparison, p_holm)]
+def decide(rule: Rule, comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the comparison of a claim by a rule. See `papers.rules.Rule`."""
+    if rule.kind == "direction":
+        return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[rule.sign * direction(comparison, p_holm)]
+    if rule.kind == "survival":
+        return _decide_survival(comparison, p_holm)
+    if rule.kind == "interval":
+        return _decide_interval(rule, comparison, bound)
+    lowest, highest = rule.limits(bound)
+    if math.isnan(comparison.effect):
+        return UNDECIDED
+    return HOLDS if lowest <= comparison.effect <= highest else FAILS
 
 
-def lower(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a is significantly smaller than b."""
-    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(comparison, p_holm)]
-
-
-def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+def _decide_survival(comparison: Comparison, p_holm: float) -> Verdict:
     """Decide the claim that a survives longer than b.
 
     It is undecided, unless the log-rank test is significant and its statistic has the sign of the
@@ -58,107 +58,26 @@ def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verd
     return UNDECIDED
 
 
-def zero(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is exactly 0."""
-    return HOLDS if comparison.effect == 0 else FAILS
+def has_enough_runs(comparison: Comparison) -> bool:
+    """Return whether the runs of each sample are enough for an interval."""
+    sizes = [size for size in (comparison.n_a, comparison.n_b) if size]
+    return min(sizes, default=0) >= MIN_INTERVAL_RUNS
 
 
-def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is between two bounds, by its interval.
-
-    A single run has no interval, so its claim is undecided.
-    """
-    lowest, highest = bound
-    if comparison.low >= lowest and comparison.high <= highest:
-        return HOLDS
-    return FAILS if comparison.high < lowest or comparison.low > highest else UNDECIDED
-
-
-def close(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is at most `bound` in either direction; see `within`."""
-    return within(comparison, p_holm, (-bound, bound))
-
-
-def at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is at least `bound`; see `within`."""
-    return within(comparison, p_holm, (bound, math.inf))
-
-
-def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a number without an interval is between two bounds.
-
-    The number is the mean, the smallest or the largest value of all runs: see `RUN_STATISTICS`.
-    The claim is undecided if it is NaN.
-    """
-    lowest, highest = bound
-    if math.isnan(comparison.effect):
+def _decide_interval(rule: Rule, comparison: Comparison, bound: Bound) -> Verdict:
+    low, high = comparison.low, comparison.high
+    if not has_enough_runs(comparison) or math.isnan(low):
         return UNDECIDED
-    return HOLDS if lowest <= comparison.effect <= highest else FAILS
-
-
-def number_at_most(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a number is at most `bound`; see `number_within`."""
-    return number_within(comparison, p_holm, (-math.inf, bound))
-
-
-def number_at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a number is at least `bound`; see `number_within`."""
-    return number_within(comparison, p_holm, (bound, math.inf))
-
-
-def probability_above(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a probability is above `bound`, by its interval."""
-    if comparison.low > bound:
+    lowest, highest = rule.limits(bound)
+    if rule.contains_limits:
+        return HOLDS if low <= lowest and highest <= high else FAILS
+    is_inside = lowest <= low and high <= highest
+    if rule.statistic == "probability":
+        # Without a success, the interval begins at 0, and no probability above 0 is shown.
+        is_inside = lowest < low and high < highest
+    if is_inside:
         return HOLDS
-    return FAILS if comparison.high < bound else UNDECIDED
-
-
-def probability_below(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a probability is below `bound`; see `probability_above`."""
-    opposites = {HOLDS: FAILS, FAILS: HOLDS, UNDECIDED: UNDECIDED}
-    return opposites[probability_above(comparison, p_holm, bound)]
-
-
-def probability_equals(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the interval of a probability contains `bound`."""
-    return HOLDS if comparison.low <= bound <= comparison.high else FAILS
-
-
-RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
-    "greater": greater,
-    "lower": lower,
-    "close": close,
-    "survives_longer": survives_longer,
-    "zero": zero,
-    "at_least": at_least,
-    "within": within,
-    "mean_within": number_within,
-    "mean_at_most": number_at_most,
-    "every_at_most": number_at_most,
-    "every_at_least": number_at_least,
-    "probability_above": probability_above,
-    "probability_below": probability_below,
-    "probability_equals": probability_equals,
-}
-DIRECTION_RULES = ("greater", "lower")
-"""The rules whose verdict depends on the direction of a rank test."""
-P_VALUE_RULES = (*DIRECTION_RULES, "survives_longer")
-"""The rules whose verdict depends on the p-value."""
-INTERVAL_BOUNDS: Mapping[str, Callable[[Bound], tuple[float, ...]]] = {
-    "within": tuple,
-    "close": lambda bound: (-bound, bound),
-    "at_least": lambda bound: (bound,),
-    "probability_above": lambda bound: (bound,),
-    "probability_below": lambda bound: (bound,),
-}
-"""The bounds of the rules whose verdict depends on the interval of the effect."""
-RUN_STATISTICS: Mapping[str, Callable[[Any], Any]] = {
-    "mean_within": np.mean,
-    "mean_at_most": np.mean,
-    "every_at_most": np.max,
-    "every_at_least": np.min,
-}
-"""The statistic over all runs that a rule uses instead of the median."""
+    return FAILS if high < lowest or low > highest else UNDECIDED
 
 
 def combine_verdicts(verdicts: list[Verdict]) -> Verdict:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import count
 from math import comb, exp, lgamma
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 
 # Verdict that replaces "undecided" if the runs cannot suffice for a verdict.
-TOO_FEW_RUNS = "too few runs"
+TOO_FEW_RUNS: Final = "too few runs"
 # Largest number of runs for which arrangements are counted exactly. Millions take long.
 MAX_EXACT_RUNS = 1000
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import (
     SEED,
@@ -18,7 +17,12 @@ from baldwinlab.analysis.statistics.bootstrap import (
     draw_resamples,
     split_resamples,
 )
-from baldwinlab.analysis.statistics.rank_tests import signed_rank_tails
+from baldwinlab.analysis.statistics.rank_tests import (
+    has_exact_mann_whitney,
+    has_exact_signed_rank,
+    mann_whitney_tests,
+    signed_rank_tails,
+)
 from baldwinlab.analysis.statistics.samples import Sample
 
 # A verdict with a smaller share of bootstrap samples is unstable.
@@ -43,16 +47,21 @@ def direction_stability(
 ) -> float:
     """Compute the share of bootstrap samples of runs with the same direction of a rank test.
 
-    The verdict of a bootstrap sample follows `rules.direction`. The p-values of the Mann-Whitney
-    test are those of the normal approximation. `level` is that of the uncorrected p-value.
+    The verdict of a bootstrap sample follows `rules.direction`. Its p-value is exact if that of
+    the runs is exact. `level` is that of the uncorrected p-value.
     """
     if is_paired:
         differences = a - b
+        ignores_ties = has_exact_signed_rank(differences)
         batches = draw_resamples(np.random.default_rng(SEED), RESAMPLES, a.size)
-        directions = [_find_paired_directions(differences[indices], level) for indices in batches]
-    else:
         directions = [
-            _find_directions(a[indices_a], b[indices_b], level)
+            _find_paired_directions(differences[indices], level, ignores_ties=ignores_ties)
+            for indices in batches
+        ]
+    else:
+        ignores_ties = has_exact_mann_whitney(a, b)
+        directions = [
+            _find_directions(a[indices_a], b[indices_b], level, ignores_ties=ignores_ties)
             for indices_a, indices_b in _draw_two_samples(a.size, b.size)
         ]
     return float(np.mean(np.concatenate(directions) == direction))
@@ -70,22 +79,22 @@ def _draw_two_samples(size_a: int, size_b: int) -> Iterator[tuple[Indices, Indic
         )
 
 
-def _find_paired_directions(differences: Sample, level: float) -> Sample:
+def _find_paired_directions(differences: Sample, level: float, *, ignores_ties: bool) -> Sample:
     """Return the direction of the signed-rank test of each sample [sample, pair]."""
-    p = 2 * np.minimum(*signed_rank_tails(differences))
+    p = 2 * np.minimum(*signed_rank_tails(differences, ignores_ties=ignores_ties))
     # Ties count half.
     a12 = 0.5 + np.sign(differences).mean(axis=1) / 2
     return _find_significant(np.median(differences, axis=1), p, a12, level)
 
 
-def _find_directions(samples_a: Sample, samples_b: Sample, level: float) -> Sample:
+def _find_directions(
+    samples_a: Sample, samples_b: Sample, level: float, *, ignores_ties: bool
+) -> Sample:
     """Return the direction of the Mann-Whitney test of each pair of samples [sample, run]."""
     effects = np.median(samples_a, axis=1) - np.median(samples_b, axis=1)
-    # SciPy divides by 0 if all values are equal. Such a sample has no significant difference.
-    with np.errstate(invalid="ignore", divide="ignore"):
-        test = stats.mannwhitneyu(samples_a, samples_b, axis=1, method="asymptotic")
-    a12 = test.statistic / (samples_a.shape[1] * samples_b.shape[1])
-    return _find_significant(effects, np.asarray(test.pvalue), a12, level)
+    u, p = mann_whitney_tests(samples_a, samples_b, ignores_ties=ignores_ties)
+    a12 = u / (samples_a.shape[1] * samples_b.shape[1])
+    return _find_significant(effects, p, a12, level)
 
 
 def _find_significant(effects: Sample, p: Sample, a12: Sample, level: float) -> Sample:

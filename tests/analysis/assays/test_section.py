@@ -79,7 +79,7 @@ NOT_HELPFUL = "not all comparisons show that learning raises fitness"
         (
             *(constant(1), rising(10, 90), rising(20, 99)),
             NOT_HELPFUL,
-            ["Random changes help as much as learning."],
+            ["Random changes help more than learning."],
         ),
     ],
     ids=["assimilation", "larger learned part", "only with learning", "no help", "drift"],
@@ -134,6 +134,12 @@ def test_unmeasured_criteria_are_named() -> None:
         innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1)
     )
     assert text.startswith("too few runs for a verdict on the effect of learning on fitness")
+    assert "The gain from learning does not change significantly (too few runs" in text
+    assert "with learning. The runs are too few to establish a difference." in text
+    few_modules = modules(A, (100, 90, 3, 10)).isel(run=[0, 1])
+    assert "improves fitness (too few runs to establish a difference)" in text_on(
+        modules=few_modules
+    )
 
 
 @pytest.mark.usefixtures("placeholder_figures")

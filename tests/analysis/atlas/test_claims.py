@@ -185,6 +185,18 @@ def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None
     assert evaluate("X9", {"needle-size": data}) == verdict
 
 
+def test_fewer_than_six_runs_are_not_a_verdict() -> None:
+    axes = {CORRELATION: [0.0, 0.5, 1.0], NK_COST: [0.0, 0.02]}
+    correlation = make_map(axes, assimilation=lambda grid: 0.5 * grid[CORRELATION])
+    few, enough = (
+        evaluate_claims((CLAIMS["X7"],), {"correlation": correlation.isel(run=slice(runs))})
+        for runs in (5, 6)
+    )
+    assert few[0].evaluation.verdict == "undecided"
+    assert few[0].evaluation.numbers.startswith("Too few runs: a verdict needs 6. Rank correlation")
+    assert enough[0].evaluation.verdict == "holds"
+
+
 def test_each_claim_has_an_evaluation_and_a_complete_rule() -> None:
     assert list(CLAIMS) == list(EVALUATIONS)
     assert not any("{" in claim.complete_rule for claim in CLAIMS.values())

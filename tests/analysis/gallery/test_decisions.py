@@ -50,7 +50,8 @@ def normal(mean: float, deviation: float = 1.0, runs: int = RUNS) -> np.ndarray:
         (normal(0.0, 0.05), "equivalent"),
         (normal(0.2), "undecided"),
         (np.zeros(RUNS), "equivalent"),
-        (np.zeros(2), "equivalent"),
+        (np.zeros(8), "equivalent"),
+        (np.zeros(2), "undecided"),
         ([0.0], "undecided"),
     ],
 )

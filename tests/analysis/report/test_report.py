@@ -382,7 +382,7 @@ def test_many_comparisons_are_folded(tmp_path: Path) -> None:
 def test_a_bounded_measure_of_the_average_agent_is_not_a_share() -> None:
     comparison = ClaimComparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
     numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
-    text = describe_finding(Finding(comparison, numbers, float("nan"), "holds"))
+    text = describe_finding(Finding(comparison, numbers, "holds"))
     assert text == "taught: average agent, mean over runs: 81.5"
 
 
@@ -392,7 +392,7 @@ def test_survival_is_reported_as_restricted_means_because_medians_can_differ_in_
     numbers = statistics.Comparison(
         100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
     )
-    finding = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
+    finding = Finding(comparison, numbers, "holds", "steps that the population survives")
     steps = "steps that the population survives"
     mean = f"{steps}, restricted mean: +304,398 in ERL compared with B"
     assert describe_finding(finding) == mean

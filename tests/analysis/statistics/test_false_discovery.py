@@ -29,10 +29,11 @@ def test_q_values_are_those_of_the_definition() -> None:
 
 # The third p-value equals the limit of the third rank, which 0.05 * 3 / 3 exceeds by rounding.
 @example([0.002, 0.002, 0.05])
+@example([0.002] * 7)
 @given(some.lists(some.integers(1, 100).map(lambda number: number / 500), min_size=1, max_size=9))
 def test_a_test_is_significant_exactly_below_its_critical_p_value(ps: list[float]) -> None:
     criticals = critical_p_values(ps)
     for index, critical in enumerate(criticals):
-        for p in (critical * 0.999, critical * 1.001):
+        for p in (critical * 0.999, np.nextafter(critical, 0), critical, critical * 1.001):
             changed = [*ps[:index], p, *ps[index + 1 :]]
             assert (q_values(changed)[index] < 0.05) == (p < critical)

@@ -9,8 +9,9 @@ from scipy import stats
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.proportions import estimate_probability, proportion_interval
-from baldwinlab.analysis.statistics.rules import RULES
+from baldwinlab.analysis.statistics.rules import decide
 from baldwinlab.papers.claims import ClaimComparison
+from baldwinlab.papers.rules import RULES
 
 
 @pytest.mark.parametrize(("successes", "runs"), [(0, 20), (1, 20), (10, 20), (20, 20)])
@@ -49,6 +50,9 @@ def test_the_interval_decides_a_claim_about_a_probability(
     low, high = interval
     numbers = Comparison(20, 0, 0.0, nan, (low + high) / 2, low, high, nan, nan, nan)
     verdicts = [
-        RULES[f"probability_{name}"](numbers, nan, 0.05) for name in ("above", "below", "equals")
+        decide(RULES[f"probability_{name}"], numbers, nan, 0.05)
+        for name in ("above", "below", "equals")
     ]
     assert verdicts == [above, below, equal]
+    few = numbers._replace(n_a=5)
+    assert decide(RULES["probability_equals"], few, nan, 0.05) == "undecided"

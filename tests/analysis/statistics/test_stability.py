@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, TestMethod
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.analysis.statistics.stability import direction_stability, verdict_stability
 
@@ -43,7 +44,7 @@ def naive_direction(a: Sample, b: Sample, level: float, is_paired: bool) -> int:
         p = float(stats.wilcoxon(a, b).pvalue)
         a12 = float(np.mean(a > b) + np.mean(a == b) / 2)
     else:
-        p = float(stats.mannwhitneyu(a, b, method="asymptotic").pvalue)
+        p = float(stats.mannwhitneyu(a, b, method="exact").pvalue)
         a12 = float(np.mean(a[:, None] > b) + np.mean(a[:, None] == b) / 2)
     if p >= level or np.sign(effect) != np.sign(a12 - 0.5):
         return 0
@@ -66,3 +67,24 @@ def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(is_paire
         # Five standard errors of the difference of two shares.
         assert share == pytest.approx(count / 500, abs=5 * np.sqrt(2 * 0.25 / 500))
     assert 0.1 < counts[1] / 500 < 0.9
+
+
+@pytest.mark.parametrize(
+    ("size_a", "size_b", "method"),
+    [
+        (6, 20, "Mann-Whitney"),
+        (8, 8, "Mann-Whitney"),
+        (3, 100, "Mann-Whitney"),
+        (9, 9, "Wilcoxon"),
+        (14, 14, "Wilcoxon"),
+    ],
+)
+def test_a_verdict_at_the_smallest_p_value_is_stable(
+    size_a: int, size_b: int, method: TestMethod
+) -> None:
+    """Samples far apart are separated in every bootstrap sample, so that p is always smallest."""
+    level = 1.01 * PlannedTest(size_a, size_b, method).smallest_p
+    a = 1000 + np.random.default_rng(1).normal(size=size_a)
+    b = np.random.default_rng(2).normal(size=size_b)
+    is_paired = method == "Wilcoxon"
+    assert direction_stability(a, b, 1, level, is_paired=is_paired) == 1

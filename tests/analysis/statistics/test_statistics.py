@@ -13,7 +13,7 @@ from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import median_interval
 from baldwinlab.analysis.statistics.comparisons import compare, compare_pairs
-from baldwinlab.analysis.statistics.rank_tests import holm
+from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, mann_whitney_tests
 from baldwinlab.analysis.statistics.samples import summarize
 
 samples = some.lists(some.integers(-5, 5).map(float), min_size=1, max_size=7)
@@ -161,3 +161,18 @@ def test_single_or_equal_values_give_numbers_without_warnings() -> None:
 def test_an_empty_or_non_finite_sample_is_refused(wrong: list[float], refuse: Any) -> None:
     with pytest.raises(ValueError, match="at least one value, and all finite"):
         refuse(wrong)
+
+
+@settings(max_examples=40)
+@given(some.integers(1, 6), some.integers(1, 6), some.data())
+def test_tests_of_many_samples_are_those_of_each_sample(
+    size_a: int, size_b: int, data: some.DataObject
+) -> None:
+    values = some.lists(
+        some.integers(-3, 3).map(float), min_size=size_a + size_b, max_size=size_a + size_b
+    )
+    pooled = np.array(data.draw(some.lists(values, min_size=1, max_size=4)))
+    a, b = pooled[:, :size_a], pooled[:, size_a:]
+    u, p = mann_whitney_tests(a, b, ignores_ties=False)
+    expected = [mann_whitney(*samples) for samples in zip(a, b, strict=True)]
+    np.testing.assert_allclose(np.stack([u, p], axis=1), expected)
