@@ -19,8 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Variation
+from baldwinlab.parts import Mating, Variation
 
 
 class Infinitesimal(Variation, name="infinitesimal"):
@@ -37,11 +36,12 @@ class Infinitesimal(Variation, name="infinitesimal"):
     }
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                draw = draws[module * child.shape[1] + weight, 2]
-                mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
+                draw = mating.draws[module * child.shape[1] + weight, 2]
+                mean = np.float32(0.5) * (
+                    mating.fitter[module, weight] + mating.second[module, weight]
+                )
                 child[module, weight] = mean + np.float32(normal_quantile(draw) * part.size)

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.parts.variation import Variation
+from baldwinlab.parts.variation import Mating, Variation
 
 # [module, weight].
 OneGenome = npt.NDArray[np.float32]
@@ -43,15 +43,18 @@ class Crossover(Variation, name="crossover"):
     }
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                takes_fitter = draws[draw, 0] < 0.5
-                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
-                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
+                takes_fitter = mating.draws[draw, 0] < 0.5
+                inherited = (
+                    mating.fitter[module, weight] if takes_fitter else mating.second[module, weight]
+                )
+                child[module, weight] = mutate_uniformly(
+                    part, inherited, mating.draws, draw, mating.gate
+                )
 
 
 @compiled

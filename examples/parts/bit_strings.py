@@ -74,12 +74,14 @@ class OnePoint(Variation, name="one-point"):
     derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
-    def vary(part, fitter, second, draws, gate, child):
-        cut = 1 + int(gate * (child.shape[1] - 1))
+    def vary(part, mating):
+        child = mating.child
+        draws = mating.draws
+        cut = 1 + int(mating.gate * (child.shape[1] - 1))
         for locus in range(child.shape[1]):
             # The order of the parents is random.
             is_fitter = (locus < cut) == (draws[0, 0] < 0.5)
-            child[0, locus] = fitter[0, locus] if is_fitter else second[0, locus]
+            child[0, locus] = mating.fitter[0, locus] if is_fitter else mating.second[0, locus]
             if draws[locus, 1] < part.rate:
                 if draws[locus, 2] < 0.25:
                     child[0, locus] = 0.0

@@ -20,6 +20,7 @@ from baldwinlab.evolution.variation_operators import OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.variation import Mating
 from baldwinlab.simulation.simulate import simulate
 from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
@@ -206,7 +207,7 @@ def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -
     for seed in range(900):
         draws = np.random.default_rng(seed).random((10, 4))
         child = np.empty_like(fitter)
-        OnePointCrossover.vary(part, fitter, -fitter, draws, 1.0, child)
+        OnePointCrossover.vary(part, Mating(fitter, -fitter, draws, 1.0, child))
         changes = np.flatnonzero(np.diff(child.ravel()))
         assert changes.size == 1, "the child has one piece of each parent, across the modules"
         cuts.append(int(changes[0]))
@@ -308,7 +309,8 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
         fitness = np.round(random.uniform(-3 if name == "best-copies" else 0, 3, agents))
         uniforms = random.random((agents, 2, 4))
         parents = select(experiment, fitness, uniforms)
-        expected = find_oracle(part)(values, fitness.tolist(), uniforms.tolist())
+        generation = SimpleNamespace(fitness=fitness.tolist(), uniforms=uniforms.tolist())
+        expected = find_oracle(part)(values, generation)
         assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
 
 

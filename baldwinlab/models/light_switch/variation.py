@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from baldwinlab.engine.simd import ONE
-from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
     draw_cut,
     is_from_fitter,
 )
 from baldwinlab.parts import (
+    Mating,
     Variation,
 )
 
@@ -30,17 +30,20 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     }
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        child = mating.child
         n_modules = child.shape[0]
         module_size = child.shape[1]
         # The cut is a position in the list of the genes of all modules.
-        cut = draw_cut(gate, child.size)
+        cut = draw_cut(mating.gate, child.size)
         for module in range(n_modules):
             for bit in range(module_size):
                 gene = module * module_size + bit
-                parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+                parent = (
+                    mating.fitter
+                    if is_from_fitter(gene, cut, mating.draws[0, 0])
+                    else mating.second
+                )
                 inherited = parent[module, bit]
-                flips = draws[gene, 1] < part.rate
+                flips = mating.draws[gene, 1] < part.rate
                 child[module, bit] = ONE - inherited if flips else inherited
