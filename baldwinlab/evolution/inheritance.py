@@ -107,7 +107,7 @@ def selects_by_lifetimes(experiment: BaseExperiment) -> bool:
 
 
 def _reads_lifetimes(experiment: BaseExperiment) -> bool:
-    selection = type(experiment.part("evolution.selection"))
+    selection: Any = type(experiment.part("evolution.selection"))
     if reads_lifetimes(selection) and not selection.reads_only_genomes:
         return True
     parts = [experiment.part(f"evolution.{field}") for field in ("selection", "variation")]
