@@ -13,7 +13,6 @@ M. G. Bulmer, "The effect of selection on genetic variability", The American Nat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,10 +29,7 @@ class Infinitesimal(Variation, name="infinitesimal"):
     Fisher 1918; Bulmer 1971.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -44,4 +40,6 @@ class Infinitesimal(Variation, name="infinitesimal"):
                 mean = np.float32(0.5) * (
                     mating.fitter[module, weight] + mating.second[module, weight]
                 )
-                child[module, weight] = mean + np.float32(normal_quantile(draw) * part.size)
+                child[module, weight] = mean + np.float32(
+                    normal_quantile(draw) * part.mutation_size
+                )

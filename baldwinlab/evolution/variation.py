@@ -8,7 +8,6 @@ interpretations of this section (R5).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,16 +30,7 @@ class Crossover(Variation, name="crossover"):
     Le 2019.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
-    derived: ClassVar[Mapping[str, Any]] = {
-        # Whether one random number decides if all weights of a child mutate, or none. Otherwise
-        # each weight has its random number.
-        "one_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
-        # Probability of a mutation.
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        # A mutation adds U(-size, size).
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -60,7 +50,7 @@ class Crossover(Variation, name="crossover"):
 @compiled
 def mutate_uniformly(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
     """Return a weight after a possible mutation, which adds U(-size, size)."""
-    weight_gate = gate if part.one_gate else draws[draw, 1]
-    if weight_gate < part.rate:
-        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+    weight_gate = gate if part.mutation_gate else draws[draw, 1]
+    if weight_gate < part.mutation_rate:
+        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
     return inherited

@@ -16,7 +16,6 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -66,9 +65,11 @@ class Gaussian(Crossover, name="gaussian"):
                 inherited = (
                     mating.fitter[module, weight] if takes_fitter else mating.second[module, weight]
                 )
-                weight_gate = mating.gate if part.one_gate else mating.draws[draw, 1]
-                if weight_gate < part.rate:
-                    inherited += np.float32(normal_quantile(mating.draws[draw, 2]) * part.size)
+                weight_gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
+                if weight_gate < part.mutation_rate:
+                    inherited += np.float32(
+                        normal_quantile(mating.draws[draw, 2]) * part.mutation_size
+                    )
                 child[module, weight] = inherited
 
 
@@ -106,8 +107,7 @@ class Copy(Variation, name="copy"):
     Nolfi, Elman and Parisi 1994.
     """
 
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
+    reads: ClassVar[tuple[str, ...]] = Crossover.reads
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -137,11 +137,7 @@ class GenePool(Variation, name="gene-pool"):
     Mühlenbein and Voigt 1996.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
 
     @staticmethod
     def vary_population(part: Any, reproduction: Reproduction) -> None:
@@ -170,6 +166,6 @@ class GenePool(Variation, name="gene-pool"):
                 if parent == ITSELF:
                     parent = parents[pool_child, 0]
                 inherited = reproduction.genome[parent, draw // length, draw % length]
-                if draws[draw, 1] < part.rate:
-                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+                if draws[draw, 1] < part.mutation_rate:
+                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
                 children[child, draw // length, draw % length] = inherited

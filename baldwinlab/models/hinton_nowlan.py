@@ -206,9 +206,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             " among the founders."
         ),
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         # Three times the share of 0, because `vary` draws a number from (0, 3).
         "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
     }
@@ -244,7 +243,7 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
                     else mating.second
                 )
                 child[module, locus] = parent[module, locus]
-                if mating.draws[gene, 1] < part.rate:
+                if mating.draws[gene, 1] < part.mutation_rate:
                     draw = 3.0 * mating.draws[gene, 2]
                     is_not_zero = draw >= part.three_zero_shares
                     is_one = draw >= 3.0 - part.three_zero_shares

@@ -290,10 +290,7 @@ class BitFlips(Variation, name="bit-flips"):
     Mayley 1996.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -305,5 +302,5 @@ class BitFlips(Variation, name="bit-flips"):
                 inherited = (
                     mating.fitter[module, bit] if mating.gate < 0.5 else mating.second[module, bit]
                 )
-                flips = mating.draws[module * n_bits + bit, 1] < part.rate
+                flips = mating.draws[module * n_bits + bit, 1] < part.mutation_rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited

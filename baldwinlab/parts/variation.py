@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -135,23 +136,47 @@ def init_founders(part: Any, genome: Any) -> None:
     """
 
 
+MUTATION_READERS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
+    # Probability of a mutation.
+    "mutation_rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+    # Size of a mutation, for example of the interval U(-size, size) that is added to a weight.
+    "mutation_size": lambda part, experiment: float(experiment.evolution.mutation_size),
+    # Whether one random number decides if all weights of a child mutate, or none. Otherwise each
+    # weight has its random number.
+    "mutation_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
+}
+"""Derived values of a variation, by the setting of the table `evolution` that it reads."""
+
+
 class Variation(Part):
     """Variation: the genomes of the founders and of the children.
 
     Attributes
     ----------
-    settings : tuple of str
-        Settings of the table `evolution` that the variation reads: some of "mutation_gate",
-        "mutation_rate" and "mutation_size". Other settings of mutation have no effect, and are
-        refused.
+    reads : tuple of str
+        Settings of the table `evolution` that the hooks read, as `part.NAME`: some of
+        "mutation_rate", "mutation_size" and "mutation_gate". `part.mutation_gate` is True for
+        "child". Other settings of mutation have no effect, and are refused.
     """
 
     kind: ClassVar[str] = "variation"
-    settings: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[tuple[str, ...]] = ()
 
     init_founders: ClassVar[Any] = staticmethod(init_founders.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
     vary_population: ClassVar[Any] = staticmethod(vary_population.default)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
+        if unknown := set(cls.reads) - set(MUTATION_READERS):
+            raise TypeError(
+                f"{cls.__name__}.reads: {', '.join(sorted(unknown))} must be some of "
+                f"{', '.join(MUTATION_READERS)}"
+            )
+        # A base class can read other settings.
+        derived = {key: value for key, value in cls.derived.items() if key not in MUTATION_READERS}
+        cls.derived = derived | {setting: MUTATION_READERS[setting] for setting in cls.reads}
+        super().__pydantic_init_subclass__(name=name, **options)
 
     @classmethod
     def has_independent_children(cls) -> bool:

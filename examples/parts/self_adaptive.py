@@ -20,7 +20,6 @@ from baldwinlab.parts import Gene, Variation, normal_quantile
 class MySelfAdaptive(Variation, name="my-self-adaptive"):
     """A copy of one parent, in which all weights mutate with the step size of the child."""
 
-    settings = ()
     genes = {"step_size": Gene(initial=0.1, low=1e-4, high=10, mutation="log-normal")}
 
     @staticmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -203,7 +204,7 @@ def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -
     cuts = []
     starts_with_fitter = []
     fitter = np.ones((2, 5), np.float32)
-    part = SimpleNamespace(one_gate=False, rate=0.0, size=1.0)
+    part = SimpleNamespace(mutation_gate=False, mutation_rate=0.0, mutation_size=1.0)
     for seed in range(900):
         draws = np.random.default_rng(seed).random((10, 4))
         child = np.empty_like(fitter)
@@ -344,20 +345,32 @@ def test_a_variation_declares_the_settings_that_its_hooks_read(name: str) -> Non
     # Other models can have genomes that these variations refuse.
     models = {"one-point-of-units": "cue-learners", "neat": "neat-xor"}
     experiment = load(models.get(name, "evo/A")).replace(evolution={"variation": name})
-    declared = registry.find_class("variation", name).settings
+    declared = registry.find_class("variation", name).reads
     assert sorted(declared) == list_read_settings(experiment)
 
 
 def test_a_custom_variation_that_reads_undeclared_settings_fails_its_check() -> None:
     class Undeclared(Crossover, name="test-undeclared"):
-        settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+        reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+        derived: ClassVar[Mapping[str, Any]] = {
+            "size": lambda part, experiment: experiment.evolution.mutation_size
+        }
 
     try:
         findings = bl.check_part(Undeclared, requirements=["fields"])
     finally:
         registry.remove("variation", Undeclared.name)
     (failure,) = [str(finding) for finding in findings if finding.holds is False]
-    assert "'mutation_gate', 'mutation_rate', 'mutation_size'" in failure
+    assert failure.endswith("read: ['mutation_rate', 'mutation_size']")
+
+
+def test_a_variation_that_declares_an_unknown_setting_is_refused() -> None:
+    with pytest.raises(
+        TypeError, match=r"Misspelled\.reads: mutation_rat must be some of mutation"
+    ):
+
+        class Misspelled(Crossover, name="test-misspelled"):
+            reads: ClassVar[tuple[str, ...]] = ("mutation_rat",)
 
 
 def test_a_mutation_rate_is_refused_with_a_variation_that_does_not_read_it() -> None:

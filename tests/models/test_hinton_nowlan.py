@@ -231,7 +231,7 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
 
 def test_the_founders_law_agrees_with_the_oracle() -> None:
     draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
-    part = SimpleNamespace(rate=1.0, three_zero_shares=3 * 0.25)
+    part = SimpleNamespace(mutation_rate=1.0, three_zero_shares=3 * 0.25)
     child = np.empty((1, LOCI), np.float32)
     all_1 = np.ones((1, LOCI), np.float32)
     OnePointOfAlleles.vary(part, Mating(all_1, all_1, np.array(draws), 0.5, child))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,10 +23,7 @@ class FewMutations(Variation, name="few-mutations"):
         le=1000,
         description="Number of weights of a child that mutate, drawn with replacement.",
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -44,5 +40,5 @@ class FewMutations(Variation, name="few-mutations"):
             position = int(mating.draws[mutation, 1] * child.size)
             module = position // child.shape[1]
             weight = position % child.shape[1]
-            change = (2.0 * mating.draws[mutation, 2] - 1.0) * part.size
+            change = (2.0 * mating.draws[mutation, 2] - 1.0) * part.mutation_size
             child[module, weight] += np.float32(change)

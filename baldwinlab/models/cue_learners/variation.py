@@ -21,9 +21,8 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     Todd and Miller 1991.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         "units": lambda part, experiment: int(experiment.model_part.units),
     }
 
@@ -42,5 +41,5 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
                 mating.fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else mating.second
             )
             child[0, gene] = parent[0, gene]
-            if mating.draws[gene, 1] < part.rate:
+            if mating.draws[gene, 1] < part.mutation_rate:
                 child[0, gene] = draw_allele(gene, part.units, mating.draws[gene, 2])

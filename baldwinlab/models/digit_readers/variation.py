@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -37,10 +36,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -68,7 +64,9 @@ class FourBitWeights(Variation, name="four-bit-weights"):
                     if is_from_fitter
                     else mating.second[module, weight]
                 )
-                child[module, weight] = _flip_bits(inherited, mating.draws[gene], part.rate)
+                child[module, weight] = _flip_bits(
+                    inherited, mating.draws[gene], part.mutation_rate
+                )
 
 
 @compiled

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from baldwinlab.engine.simd import ONE
@@ -24,10 +23,7 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     Floreano and Urzelai 2000.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
@@ -45,5 +41,5 @@ class OnePointOfBits(Variation, name="one-point-bits"):
                     else mating.second
                 )
                 inherited = parent[module, bit]
-                flips = mating.draws[gene, 1] < part.rate
+                flips = mating.draws[gene, 1] < part.mutation_rate
                 child[module, bit] = ONE - inherited if flips else inherited

@@ -28,9 +28,9 @@ import numpy as np
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.evolution.neutral_selection import Neutral, is_neutral_control
-from baldwinlab.evolution.variation import Crossover
 from baldwinlab.models.miniworld.backends.browser_arguments import TEACHER_SOURCES
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
+from baldwinlab.parts.variation import MUTATION_READERS
 
 # A source, as the docstring of the module describes it.
 Source = Any
@@ -123,9 +123,9 @@ POPULATION_ARRAYS: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
 # Sources of the derived values of parts, by the function that derives them.
 DERIVED_SOURCES: Final[Mapping[Any, Source]] = {
     FeedForward.derived["biases"]: setting_source("network.biases"),
-    Crossover.derived["one_gate"]: setting_source("evolution.mutation_gate", equals="child"),
-    Crossover.derived["rate"]: setting_source("evolution.mutation_rate"),
-    Crossover.derived["size"]: setting_source("evolution.mutation_size"),
+    MUTATION_READERS["mutation_gate"]: setting_source("evolution.mutation_gate", equals="child"),
+    MUTATION_READERS["mutation_rate"]: setting_source("evolution.mutation_rate"),
+    MUTATION_READERS["mutation_size"]: setting_source("evolution.mutation_size"),
     Darwinian.derived["share"]: setting_source("evolution.lamarckian_share"),
     is_neutral_control: setting_source("evolution.selection", equals=Neutral.name),
 }
