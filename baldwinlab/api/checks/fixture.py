@@ -18,6 +18,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import make_state
+from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import make_lifetimes, record_types
 from baldwinlab.parts.model_part import Model
@@ -145,8 +146,7 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
     if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
-    parts = (state.network, state.rule, state.body, *state.senses, *state.features)
-    return next(values for values in (*parts, *state.recorders) if type(values).part is part)
+    return next(values for _, values in list_parts(state) if type(values).part is part)
 
 
 def breeding_arguments(

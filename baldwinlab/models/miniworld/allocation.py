@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.birth import CHILD_VALUES
+from baldwinlab.models.miniworld.declarations import Chosen, read_settings
 from baldwinlab.models.miniworld.grid import (
     compute_alert_radius,
     compute_grid_shape,
@@ -28,12 +29,13 @@ from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
+    CHOSEN_PARTS,
     HEADING_COUNT,
     Floats,
     MiniWorldModel,
     State,
 )
-from baldwinlab.models.miniworld.state_arrays import poison_state
+from baldwinlab.models.miniworld.state_arrays import list_parts, poison_state
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.world_features import ItemRegion
 
@@ -161,25 +163,16 @@ def make_model(
     return MiniWorldModel(
         worlds=worlds,
         agents=experiment.agents_per_world,
-        width=np.float32(world.width),
-        height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
-        random_headings=world.start.headings == "random",
         **_region_arrays(experiment, margin, grid or grid_settings(experiment)),
         cosine=cosine,
         sine=sine,
-        visual_radius=np.float32(experiment.senses.visual_radius),
         alert_radius=np.float32(alert_radius),
-        open_boundaries=experiment.senses.boundaries == "open",
-        square_contact=contact.shape == "square",
-        reach=np.float32(contact.reach),
-        action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning_steps,
-        rate=float(experiment.learning.rate),
-        evolved_rate=experiment.learning.evolved_rate,
         minimum_near=np.float32(0 if has_item_senses_only else 0.5),
         minimum_alert=int(has_unsensed_kind),
+        **read_settings(MiniWorldModel, experiment),
     )
 
 
@@ -236,20 +229,15 @@ def _shape_function(
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """Return the size of the arrays of `make_state`, in bytes. Nothing is allocated."""
     array_shape = _shape_function(experiment, worlds)
-    paths = ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
-    part_arrays: list[Mapping[str, Array]] = [
-        type(part).arrays for path in paths for part in experiment.parts(path)
-    ]
-    part_arrays += [type(part).arrays for part in list_recorders(experiment)]
-    all_arrays = [
-        ARRAYS,
-        choose_lookup(experiment).arrays,
-        choose_control(experiment).arrays,
-        choose_population(experiment).arrays,
-        *part_arrays,
+    holders: list[Any] = [
+        choose_lookup(experiment),
+        choose_control(experiment),
+        choose_population(experiment),
+        *(part for chosen in CHOSEN_PARTS.values() for part in experiment.parts(chosen.path)),
+        *list_recorders(experiment),
     ]
     n_bytes = 0
-    for declared_arrays in all_arrays:
+    for declared_arrays in (ARRAYS, *(holder.arrays for holder in holders)):
         for array in declared_arrays.values():
             if array.owner != "run":
                 n_bytes += math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize
@@ -289,12 +277,11 @@ def read_part_records(
     state: State, shape: tuple[int, ...], first_lane: int = 0
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the records of all parts by name, [run, agent], from a first lane on."""
-    parts = [state.network, state.rule, state.body, *state.senses, *state.features]
     lanes = slice(first_lane, first_lane + math.prod(shape))
     return {
         name: getattr(part, name)[0, lanes].reshape(shape).copy()
-        for part in [*parts, *state.recorders]
-        for name in type(part).part.records
+        for _, part in list_parts(state)
+        for name in getattr(type(part).part, "records", ())
     }
 
 
@@ -323,17 +310,17 @@ def make_state(
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
+    def compile_chosen(chosen: Chosen) -> Any:
+        parts = tuple(map(compile_part, experiment.parts(chosen.path)))
+        return parts if chosen.are_several else parts[0]
+
     lookup = choose_lookup(experiment)
     control = choose_control(experiment)
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
         lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
-        network=compile_part(experiment.part("network.kind")),
-        rule=compile_part(experiment.part("learning.rule")),
         control=control.Compiled(*map(allocate, control.arrays.values())),
-        body=compile_part(experiment.part("motor.body")),
-        senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
-        features=tuple(map(compile_part, experiment.parts("world.features"))),
+        **{name: compile_chosen(chosen) for name, chosen in CHOSEN_PARTS.items()},
         recorders=tuple(map(compile_part, list_recorders(experiment))),
         population=make_population(population_class, experiment, allocate, **population_values),
     )
