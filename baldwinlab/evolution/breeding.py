@@ -122,17 +122,17 @@ def breed_independent_children(
 ) -> None:
     """Create the children of a range, and replace each `ITSELF` in their parents."""
     vary_children(variation, reproduction, first_child, end_child)
-    _name_survivors(reproduction.parents, first_child, end_child)
+    _complete_parents(reproduction.parents, first_child, end_child)
 
 
 def breed_children(variation: Any, reproduction: Reproduction) -> None:
     """Create all children, and replace each `ITSELF` in their parents."""
     vary_population(variation, reproduction)
-    _name_survivors(reproduction.parents, 0, reproduction.parents.shape[0])
+    _complete_parents(reproduction.parents, 0, reproduction.parents.shape[0])
 
 
 @compiled
-def _name_survivors(parents: Parents, first_child: int, end_child: int) -> None:
+def _complete_parents(parents: Parents, first_child: int, end_child: int) -> None:
     """Replace each `ITSELF` by the survivor."""
     for child in range(first_child, end_child):
         if parents[child, 1] == ITSELF:

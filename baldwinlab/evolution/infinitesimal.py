@@ -33,13 +33,13 @@ class Infinitesimal(Variation, name="infinitesimal"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = mating.draws[module * child.shape[1] + weight, 2]
-                mean = np.float32(0.5) * (
-                    mating.fitter[module, weight] + mating.second[module, weight]
-                )
+                mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
                 child[module, weight] = mean + np.float32(
                     normal_quantile(draw) * part.mutation_size
                 )

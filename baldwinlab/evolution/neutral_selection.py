@@ -17,9 +17,8 @@ class Neutral(Selection, name="neutral"):
     def select(part: Any, generation: Generation) -> None:
         for child in range(generation.parents.shape[0]):
             for parent in range(2):
-                generation.parents[child, parent] = draw_index(
-                    generation.fitness.size, generation.uniforms[child, 0, parent]
-                )
+                draw = generation.uniforms[child, 0, parent]
+                generation.parents[child, parent] = draw_index(generation.fitness.size, draw)
 
     @staticmethod
     def mark_survivors(part: Any, generation: Generation, count: int) -> None:

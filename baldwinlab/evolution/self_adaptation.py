@@ -53,14 +53,14 @@ class SelfAdaptive(Variation, name="self-adaptive"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         step_size = np.float64(child[0, part.step_size])
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = (
-                    mating.fitter[module, weight] if takes_fitter else mating.second[module, weight]
-                )
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
                 mutation = np.float32(step_size * normal_quantile(mating.draws[draw, 1]))
                 child[module, weight] = inherited + mutation

@@ -11,15 +11,9 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.parts.variation import Mating, Variation
-
-# [module, weight].
-OneGenome = npt.NDArray[np.float32]
-# [module and weight, 4].
-Draws = npt.NDArray[np.float64]
 
 
 class Crossover(Variation, name="crossover"):
@@ -34,23 +28,21 @@ class Crossover(Variation, name="crossover"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = (
-                    mating.fitter[module, weight] if takes_fitter else mating.second[module, weight]
-                )
-                child[module, weight] = mutate_uniformly(
-                    part, inherited, mating.draws, draw, mating.gate
-                )
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 @compiled
-def mutate_uniformly(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
+def mutate_uniformly(part: Any, mating: Mating, inherited: Any, draw: int) -> Any:
     """Return a weight after a possible mutation, which adds U(-size, size)."""
-    weight_gate = gate if part.mutation_gate else draws[draw, 1]
-    if weight_gate < part.mutation_rate:
-        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
+    gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
+    if gate < part.mutation_rate:
+        inherited += np.float32((2.0 * mating.draws[draw, 2] - 1.0) * part.mutation_size)
     return inherited

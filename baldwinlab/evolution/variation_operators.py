@@ -57,14 +57,14 @@ class Gaussian(Crossover, name="gaussian"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = (
-                    mating.fitter[module, weight] if takes_fitter else mating.second[module, weight]
-                )
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
                 weight_gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
                 if weight_gate < part.mutation_rate:
                     inherited += np.float32(
@@ -83,6 +83,8 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         # The cut is a position in the list of the weights of all modules. The gate cannot determine
         # the cut, because the gate can decide whether the child mutates.
@@ -91,12 +93,8 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 uses_fitter = is_from_fitter(draw, cut, mating.draws[0, 0])
-                inherited = (
-                    mating.fitter[module, weight] if uses_fitter else mating.second[module, weight]
-                )
-                child[module, weight] = mutate_uniformly(
-                    part, inherited, mating.draws, draw, mating.gate
-                )
+                inherited = fitter[module, weight] if uses_fitter else second[module, weight]
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 class Copy(Variation, name="copy"):
@@ -111,18 +109,16 @@ class Copy(Variation, name="copy"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 inherited = (
-                    mating.fitter[module, weight]
-                    if mating.draws[0, 0] < 0.5
-                    else mating.second[module, weight]
+                    fitter[module, weight] if mating.draws[0, 0] < 0.5 else second[module, weight]
                 )
                 draw = module * child.shape[1] + weight
-                child[module, weight] = mutate_uniformly(
-                    part, inherited, mating.draws, draw, mating.gate
-                )
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -141,6 +137,7 @@ class GenePool(Variation, name="gene-pool"):
 
     @staticmethod
     def vary_population(part: Any, reproduction: Reproduction) -> None:
+        key = reproduction.key
         children = reproduction.children
         draws = reproduction.draws
         parents = reproduction.parents
@@ -150,14 +147,7 @@ class GenePool(Variation, name="gene-pool"):
             if parents[child, 1] == ITSELF:
                 copy_genome(reproduction.genome[parents[child, 0]], children[child])
                 continue
-            rng.draw_uniforms(
-                reproduction.key.seed,
-                reproduction.key.run,
-                reproduction.key.generation,
-                rng.INHERITANCE,
-                child,
-                draws,
-            )
+            rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
                 # An index in the pool of parents, two for each child.
                 pool_index = int(draws[draw, 0] * parents.size)

@@ -231,17 +231,15 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         # The cut is a position in the list of the genes of all modules.
         cut = draw_cut(mating.gate, child.size)
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
-                parent = (
-                    mating.fitter
-                    if is_from_fitter(gene, cut, mating.draws[0, 0])
-                    else mating.second
-                )
+                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
                 child[module, locus] = parent[module, locus]
                 if mating.draws[gene, 1] < part.mutation_rate:
                     draw = 3.0 * mating.draws[gene, 2]

@@ -294,13 +294,13 @@ class BitFlips(Variation, name="bit-flips"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         n_modules = child.shape[0]
         n_bits = child.shape[1]
         for module in range(n_modules):
             for bit in range(n_bits):
-                inherited = (
-                    mating.fitter[module, bit] if mating.gate < 0.5 else mating.second[module, bit]
-                )
+                inherited = fitter[module, bit] if mating.gate < 0.5 else second[module, bit]
                 flips = mating.draws[module * n_bits + bit, 1] < part.mutation_rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited

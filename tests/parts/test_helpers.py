@@ -24,9 +24,11 @@ from baldwinlab.parts import (
     ENERGY_VALUES,
     LIFE,
     LineOfSight,
+    Network,
     PartError,
     Synapse,
     SynapticRule,
+    Training,
     draw_unit,
     get,
     is_on_map,
@@ -336,3 +338,12 @@ def test_a_synaptic_rule_that_reads_another_agent_is_refused() -> None:
             @staticmethod
             def compute_change(part: Any, state: Any, synapse: Synapse, lane: Any) -> Any:
                 return get(state.weights, synapse.number, lane + 1)
+
+
+def test_a_network_that_trains_another_agent_is_refused() -> None:
+    with pytest.raises(PartError, match="backward reads or writes other agents"):
+
+        class Wrong(Network, name="test-wrong-network"):
+            @staticmethod
+            def backward(part: Any, training: Training, lane: Any) -> None:
+                put(training.weights, 0, lane + 1, training.rate)

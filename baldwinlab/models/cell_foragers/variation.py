@@ -27,13 +27,13 @@ class FewMutations(Variation, name="few-mutations"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 child[module, weight] = (
-                    mating.fitter[module, weight]
-                    if mating.gate < 0.5
-                    else mating.second[module, weight]
+                    fitter[module, weight] if mating.gate < 0.5 else second[module, weight]
                 )
         for mutation in range(min(part.mutations, mating.draws.shape[0])):
             # A position in the list of the weights of all modules.

@@ -37,9 +37,8 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
         child = mating.child
         cut = draw_cut(mating.gate, child.shape[1])
         for gene in range(child.shape[1]):
-            parent = (
-                mating.fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else mating.second
-            )
+            takes_fitter = is_from_fitter(gene, cut, mating.draws[0, 0])
+            parent = mating.fitter if takes_fitter else mating.second
             child[0, gene] = parent[0, gene]
             if mating.draws[gene, 1] < part.mutation_rate:
                 child[0, gene] = draw_allele(gene, part.units, mating.draws[gene, 2])

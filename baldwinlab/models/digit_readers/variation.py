@@ -40,6 +40,8 @@ class FourBitWeights(Variation, name="four-bit-weights"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         n_modules = child.shape[0]
         module_size = child.shape[1]
@@ -59,11 +61,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
             for weight in range(module_size):
                 gene = module * module_size + weight
                 is_from_fitter = (gene < cut) == starts_with_fitter
-                inherited = (
-                    mating.fitter[module, weight]
-                    if is_from_fitter
-                    else mating.second[module, weight]
-                )
+                inherited = fitter[module, weight] if is_from_fitter else second[module, weight]
                 child[module, weight] = _flip_bits(
                     inherited, mating.draws[gene], part.mutation_rate
                 )

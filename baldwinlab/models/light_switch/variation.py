@@ -27,6 +27,8 @@ class OnePointOfBits(Variation, name="one-point-bits"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
         child = mating.child
         n_modules = child.shape[0]
         module_size = child.shape[1]
@@ -35,11 +37,7 @@ class OnePointOfBits(Variation, name="one-point-bits"):
         for module in range(n_modules):
             for bit in range(module_size):
                 gene = module * module_size + bit
-                parent = (
-                    mating.fitter
-                    if is_from_fitter(gene, cut, mating.draws[0, 0])
-                    else mating.second
-                )
+                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
                 inherited = parent[module, bit]
                 flips = mating.draws[gene, 1] < part.mutation_rate
                 child[module, bit] = ONE - inherited if flips else inherited

@@ -15,7 +15,7 @@ from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.birth import CHILD_VALUES
-from baldwinlab.models.miniworld.declarations import Chosen, read_settings
+from baldwinlab.models.miniworld.declarations import ChosenPart, read_settings
 from baldwinlab.models.miniworld.grid import (
     compute_alert_radius,
     compute_grid_shape,
@@ -310,7 +310,7 @@ def make_state(
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
-    def compile_chosen(chosen: Chosen) -> Any:
+    def compile_chosen(chosen: ChosenPart) -> Any:
         parts = tuple(map(compile_part, experiment.parts(chosen.path)))
         return parts if chosen.are_several else parts[0]
 

@@ -1,7 +1,7 @@
 """Declarations of the fields of `MiniWorldModel` and `State`.
 
 A field has one declaration: `name: Annotated[type, source, "Description."]`. The source is an
-`Array`, a `Setting` or a `Chosen` part. `allocation.py` computes a field without source.
+`Array`, a `Setting` or a `ChosenPart`. `allocation.py` computes a field without source.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Setting(NamedTuple):
     equals: str | None = None
 
 
-class Chosen(NamedTuple):
+class ChosenPart(NamedTuple):
     """The part, or the tuple of parts, that a setting chooses."""
 
     path: str

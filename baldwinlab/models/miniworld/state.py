@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.phases import Array, per_agent, per_world, scratch
 from baldwinlab.models.miniworld.declarations import (
-    Chosen,
+    ChosenPart,
     Setting,
     describe_fields,
     find_sources,
@@ -322,15 +322,15 @@ class State(NamedTuple):
         Any,
         "The lookup table of network outputs, or the direct evaluation (`lookup.py`).",
     ]
-    network: Annotated[Any, Chosen("network.kind"), "The network, a part."]
-    rule: Annotated[Any, Chosen("learning.rule"), "The learning rule, a part."]
+    network: Annotated[Any, ChosenPart("network.kind"), "The network, a part."]
+    rule: Annotated[Any, ChosenPart("learning.rule"), "The learning rule, a part."]
     control: Annotated[Any, "The control of learning (`learning/control.py`)."]
-    body: Annotated[Any, Chosen("motor.body"), "The body, a part."]
+    body: Annotated[Any, ChosenPart("motor.body"), "The body, a part."]
     senses: Annotated[
-        Any, Chosen("senses.kinds", are_several=True), "The senses, a tuple of parts."
+        Any, ChosenPart("senses.kinds", are_several=True), "The senses, a tuple of parts."
     ]
     features: Annotated[
-        Any, Chosen("world.features", are_several=True), "The world features, a tuple of parts."
+        Any, ChosenPart("world.features", are_several=True), "The world features, a tuple of parts."
     ]
     recorders: Annotated[
         Any,
@@ -343,5 +343,5 @@ ARRAYS_OF_CALLER: Final = ("keys", "generation", "genome")
 """Arrays that the caller sets before a lifetime starts."""
 ARRAYS: Final[Mapping[str, Array]] = find_sources(State, Array)
 """Arrays of a state."""
-CHOSEN_PARTS: Final[Mapping[str, Chosen]] = find_sources(State, Chosen)
+CHOSEN_PARTS: Final[Mapping[str, ChosenPart]] = find_sources(State, ChosenPart)
 """Parts of a state that settings choose. The other fields that are no arrays are parts, too."""
