@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -41,6 +41,11 @@ from baldwinlab.parts.world_features import ItemRegion
 
 # Number of decimal digits of a sine or cosine before it is rounded to float32.
 N_DIGITS: Final = 15
+ENGINE_PARTS: Final[Mapping[str, Callable[[Experiment], Any]]] = {
+    "lookup": choose_lookup,
+    "control": choose_control,
+}
+"""Functions that choose the classes of fields of a state, which have only arrays."""
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
@@ -229,15 +234,8 @@ def _shape_function(
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """Return the size of the arrays of `make_state`, in bytes. Nothing is allocated."""
     array_shape = _shape_function(experiment, worlds)
-    holders: list[Any] = [
-        choose_lookup(experiment),
-        choose_control(experiment),
-        choose_population(experiment),
-        *(part for chosen in CHOSEN_PARTS.values() for part in experiment.parts(chosen.path)),
-        *list_recorders(experiment),
-    ]
     n_bytes = 0
-    for declared_arrays in (ARRAYS, *(holder.arrays for holder in holders)):
+    for declared_arrays in (ARRAYS, *(part.arrays for part in list_part_classes(experiment))):
         for array in declared_arrays.values():
             if array.owner != "run":
                 n_bytes += math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize
@@ -271,6 +269,16 @@ def list_recorders(experiment: Experiment) -> list[Part]:
     """Return the fitness and selection parts with the hook `end_step`."""
     parts = [experiment.part(f"evolution.{field}") for field in ("fitness", "selection")]
     return [part for part in parts if "end_step" in overridden_hooks(type(part))]
+
+
+def list_part_classes(experiment: Experiment) -> list[Any]:
+    """Return the classes of the parts of a state, which declare arrays and select code."""
+    parts = [part for chosen in CHOSEN_PARTS.values() for part in experiment.parts(chosen.path)]
+    return [
+        *map(type, [*parts, *list_recorders(experiment)]),
+        *(choose(experiment) for choose in ENGINE_PARTS.values()),
+        choose_population(experiment),
+    ]
 
 
 def read_part_records(
@@ -314,12 +322,13 @@ def make_state(
         parts = tuple(map(compile_part, experiment.parts(chosen.path)))
         return parts if chosen.are_several else parts[0]
 
-    lookup = choose_lookup(experiment)
-    control = choose_control(experiment)
+    engine_parts = {name: choose(experiment) for name, choose in ENGINE_PARTS.items()}
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
-        lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
-        control=control.Compiled(*map(allocate, control.arrays.values())),
+        **{
+            name: part.Compiled(*map(allocate, part.arrays.values()))
+            for name, part in engine_parts.items()
+        },
         **{name: compile_chosen(chosen) for name, chosen in CHOSEN_PARTS.items()},
         recorders=tuple(map(compile_part, list_recorders(experiment))),
         population=make_population(population_class, experiment, allocate, **population_values),

@@ -19,7 +19,7 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import ENGINE_PARTS, make_model, make_state
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.backends.browser_arguments import (
     MEASURED_NAMES,
@@ -232,7 +232,7 @@ class ModuleLayout:
 
     def _state_leaves(self) -> dict[str, Any]:
         leaves = array_leaves("", ARRAYS) | self._mortality_leaves()
-        for name in ("lookup", "control"):
+        for name in ENGINE_PARTS:
             leaves |= array_leaves(f"{name}.", type(getattr(self.state, name)).part.arrays)
         for name, values in list_parts(self.state):
             chosen = CHOSEN_PARTS.get(name.partition(".")[0])
