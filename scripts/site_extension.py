@@ -27,7 +27,6 @@ from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.schema import make_schema
-from baldwinlab.models.miniworld.state import ARRAYS, State
 from baldwinlab.papers.presets import load
 
 NAVIGATION: Final = Path(__file__).parents[1] / "docs" / "navigation.txt"
@@ -64,7 +63,12 @@ RESULT_CLASSES: Final = {
     "baldwinlab.api.integrations.optimizers.Problem",
     "baldwinlab.models.miniworld.state.MiniWorldModel",
     "baldwinlab.models.miniworld.state.State",
+    "baldwinlab.parts.Generation",
     "baldwinlab.parts.Lifetimes",
+    "baldwinlab.parts.LineOfSight",
+    "baldwinlab.parts.Mating",
+    "baldwinlab.parts.Reproduction",
+    "baldwinlab.parts.Synapse",
 }
 """Classes whose objects only the package creates, so that the site shows no arguments."""
 ARRAY_LIKE: Final = stringify_annotation(npt.ArrayLike, "smart")
@@ -276,14 +280,9 @@ def extend_docstring(
 
 
 def _describe_attribute(owner: type, match: re.Match[str]) -> str:
-    """Return the line of an attribute in a docstring, with its array and its default."""
+    """Return the line of an attribute in a docstring, with its default."""
     first_name = match[1].partition(",")[0]
     text = match[0]
-    if owner is State and first_name in ARRAYS:
-        array = ARRAYS[first_name]
-        rows = ", ".join(map(str, array.rows))
-        shape = {"agent": f"{rows}, lane", "world": f"world, {rows}"}.get(array.owner, rows)
-        text += f" : {array.dtype} [{shape}]"
     defaults = {**vars(owner), **getattr(owner, "_field_defaults", {})}
     if match[2] and first_name in defaults:
         default = defaults[first_name]

@@ -7,18 +7,18 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.engine import poison, rng
-from baldwinlab.engine.jit import cached_jit
+from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.threads import run_in_ranges
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.genes import inherit_genes, make_gene_table
 from baldwinlab.evolution.inheritance import apply_teacher_control
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
-from baldwinlab.parts.variation import vary_children, vary_population
+from baldwinlab.parts.variation import Reproduction, vary_children, vary_population
 
 # Minimum number of children that a thread makes. It takes some milliseconds.
 MIN_CHILDREN_PER_THREAD: Final = 1_000
@@ -104,12 +104,11 @@ def make_children(
 
     def breed_range(first: int, end: int) -> None:
         draws = poison.empty((n_modules * n_weights, 4))
+        reproduction = Reproduction(key, genome, fitness, parents, draws, children)
         if are_independent:
-            arguments = variation, key, genome, parents, draws, children, first, end
-            cached_jit(breed_independent_children, code)(*arguments)
+            cached_jit(breed_independent_children, code)(variation, reproduction, first, end)
         else:
-            all_arguments = variation, key, genome, fitness, parents, draws, children
-            cached_jit(breed_children, code)(*all_arguments)
+            cached_jit(breed_children, code)(variation, reproduction)
 
     minimum_size = MIN_CHILDREN_PER_THREAD if are_independent else len(children)
     run_in_ranges(breed_range, len(children), minimum_size)
@@ -119,33 +118,22 @@ def make_children(
 
 
 def breed_independent_children(
-    variation: Any,
-    key: GenerationKey,
-    genome: Genome,
-    parents: Parents,
-    draws: Uniforms,
-    children: Genome,
-    first_child: int,
-    end_child: int,
+    variation: Any, reproduction: Reproduction, first_child: int, end_child: int
 ) -> None:
-    """Fill `children` of a range. The arguments are those of `breed_children`."""
-    vary_children(variation, key, genome, parents, draws, children, first_child, end_child)
+    """Create the children of a range, and replace each `ITSELF` in their parents."""
+    vary_children(variation, reproduction, first_child, end_child)
+    _complete_parents(reproduction.parents, first_child, end_child)
+
+
+def breed_children(variation: Any, reproduction: Reproduction) -> None:
+    """Create all children, and replace each `ITSELF` in their parents."""
+    vary_population(variation, reproduction)
+    _complete_parents(reproduction.parents, 0, reproduction.parents.shape[0])
+
+
+@compiled
+def _complete_parents(parents: Parents, first_child: int, end_child: int) -> None:
+    """Replace each `ITSELF` by the survivor."""
     for child in range(first_child, end_child):
-        if parents[child, 1] == ITSELF:
-            parents[child, 1] = parents[child, 0]
-
-
-def breed_children(
-    variation: Any,
-    key: GenerationKey,
-    genome: Genome,
-    fitness: Fitness,
-    parents: Parents,
-    draws: Uniforms,
-    children: Genome,
-) -> None:
-    """Fill `children` from the genomes of `parents`; `draws` [module and weight, 4] is scratch."""
-    vary_population(variation, key, genome, fitness, parents, draws, children)
-    for child in range(parents.shape[0]):
         if parents[child, 1] == ITSELF:
             parents[child, 1] = parents[child, 0]

@@ -14,15 +14,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.rng import Stream
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.neat.operators import genome_part
-from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Genome
 from baldwinlab.evolution.roulette_wheel import spin
-from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts import Field, Selection
-from baldwinlab.parts.lifetimes import Lifetimes
+from baldwinlab.parts import Field, Generation, Selection
 
 
 @compiled
@@ -86,22 +83,14 @@ class FitnessSharing(Selection, name="fitness-sharing"):
             )
 
     @staticmethod
-    def select_with_genomes(
-        part: Any,
-        stream: Stream,
-        lifetimes: Lifetimes,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
         for agent in range(fitness.size):
             # The agent shares its fitness with itself.
             niche_count = 1.0
             for neighbor in range(fitness.size):
                 if neighbor != agent:
-                    distance = compute_distance(lifetimes.genome, agent, neighbor)
+                    distance = compute_distance(generation.lifetimes.genome, agent, neighbor)
                     niche_count += _share(part, distance)
-            shares[agent] = fitness[agent] / niche_count
-        spin(uniforms, shares, parents)
+            generation.shares[agent] = fitness[agent] / niche_count
+        spin(generation.uniforms, generation.shares, generation.parents)

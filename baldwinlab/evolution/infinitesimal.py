@@ -13,14 +13,12 @@ M. G. Bulmer, "The effect of selection on genetic variability", The American Nat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Variation
+from baldwinlab.parts import Mating, Variation
 
 
 class Infinitesimal(Variation, name="infinitesimal"):
@@ -31,17 +29,17 @@ class Infinitesimal(Variation, name="infinitesimal"):
     Fisher 1918; Bulmer 1971.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                draw = draws[module * child.shape[1] + weight, 2]
+                draw = mating.draws[module * child.shape[1] + weight, 2]
                 mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
-                child[module, weight] = mean + np.float32(normal_quantile(draw) * part.size)
+                child[module, weight] = mean + np.float32(
+                    normal_quantile(draw) * part.mutation_size
+                )

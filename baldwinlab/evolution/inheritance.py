@@ -13,11 +13,11 @@ from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_module
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
-from baldwinlab.evolution.variation import OneGenome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import RunArrays, breeding_part, has_run_arrays
 from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
-from baldwinlab.parts.selection import select_with_genomes
+from baldwinlab.parts.selection import reads_lifetimes
+from baldwinlab.parts.variation import OneGenome
 
 # [weight], of the action module.
 Weights = npt.NDArray[np.float32]
@@ -107,9 +107,8 @@ def selects_by_lifetimes(experiment: BaseExperiment) -> bool:
 
 
 def _reads_lifetimes(experiment: BaseExperiment) -> bool:
-    selection = type(experiment.part("evolution.selection"))
-    overrides_hook = selection.select_with_genomes is not select_with_genomes.default
-    if overrides_hook and not selection.reads_only_genomes:
+    selection: Any = type(experiment.part("evolution.selection"))
+    if reads_lifetimes(selection) and not selection.reads_only_genomes:
         return True
     parts = [experiment.part(f"evolution.{field}") for field in ("selection", "variation")]
     return any(has_run_arrays(part) for part in parts)

@@ -17,11 +17,10 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.rng import Stream, draw
-from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import draw_index
-from baldwinlab.evolution.sorting import Keys, Order
+from baldwinlab.evolution.sorting import Order
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts import Selection
+from baldwinlab.parts import Generation, Selection
 from baldwinlab.parts.lifetimes import Lifetimes
 
 
@@ -108,28 +107,19 @@ class Lexicase(Selection, name="lexicase"):
             )
 
     @staticmethod
-    def select_with_genomes(
-        part: Any,
-        stream: Stream,
-        lifetimes: Lifetimes,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        n_cases = lifetimes.eaten.shape[1] + len(lifetimes.records)
+    def select(part: Any, generation: Generation) -> None:
+        n_cases = generation.lifetimes.eaten.shape[1] + len(generation.lifetimes.records)
         n_draws = n_cases + 1
-        for child in range(parents.shape[0]):
+        for child in range(generation.parents.shape[0]):
             for parent in range(2):
                 first_draw = (2 * child + parent) * n_draws
-                for agent in range(fitness.size):
-                    order[agent] = agent
-                count = fitness.size
-                case = _find_next_case(stream, first_draw, n_cases, -1)
+                for agent in range(generation.fitness.size):
+                    generation.order[agent] = agent
+                count = generation.fitness.size
+                case = _find_next_case(generation.stream, first_draw, n_cases, -1)
                 while case >= 0 and count > 1:
-                    count = _keep_best(lifetimes, case, order, count)
-                    case = _find_next_case(stream, first_draw, n_cases, case)
+                    count = _keep_best(generation.lifetimes, case, generation.order, count)
+                    case = _find_next_case(generation.stream, first_draw, n_cases, case)
                 # The last draw chooses between equal candidates.
-                index = draw_index(count, draw(stream, first_draw + n_cases))
-                parents[child, parent] = order[index]
+                index = draw_index(count, draw(generation.stream, first_draw + n_cases))
+                generation.parents[child, parent] = generation.order[index]

@@ -44,6 +44,6 @@ def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: 
 @lru_cache(maxsize=64)
 def _mutate_all_genes(experiment: BaseExperiment) -> BaseExperiment:
     """Return the experiment with the mutation rate 1, if its variation has a rate."""
-    if "mutation_rate" not in experiment.part("evolution.variation").settings:
+    if "mutation_rate" not in experiment.part("evolution.variation").reads:
         return experiment
     return experiment.replace(evolution={"mutation_rate": 1.0})

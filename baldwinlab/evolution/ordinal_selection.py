@@ -20,10 +20,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import draw_index, spin
-from baldwinlab.evolution.sorting import Keys, Order, sort_by, sort_from_fittest
-from baldwinlab.parts import Field, Selection
+from baldwinlab.evolution.sorting import sort_by, sort_from_fittest
+from baldwinlab.parts import Field, Generation, Selection
 from baldwinlab.parts.breeding import ITSELF
 
 
@@ -36,19 +35,15 @@ class Tournament(Selection, name="tournament"):
     """
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        for child in range(parents.shape[0]):
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
+        for child in range(generation.parents.shape[0]):
             for parent in range(2):
-                first = draw_index(fitness.size, uniforms[child, 0, 2 * parent])
-                second = draw_index(fitness.size, uniforms[child, 0, 2 * parent + 1])
-                parents[child, parent] = second if fitness[second] > fitness[first] else first
+                first = draw_index(fitness.size, generation.uniforms[child, 0, 2 * parent])
+                second = draw_index(fitness.size, generation.uniforms[child, 0, 2 * parent + 1])
+                generation.parents[child, parent] = (
+                    second if fitness[second] > fitness[first] else first
+                )
 
 
 class LargerTournament(Selection, name="larger-tournament"):
@@ -62,40 +57,31 @@ class LargerTournament(Selection, name="larger-tournament"):
     size: int = Field(3, ge=2, le=4, description="Number of agents drawn for each parent.")
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        for child in range(parents.shape[0]):
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
+        for child in range(generation.parents.shape[0]):
             for parent in range(2):
-                best = int(uniforms[child, parent, 0] * fitness.size)
+                best = int(generation.uniforms[child, parent, 0] * fitness.size)
                 for draw in range(1, part.size):
-                    agent = int(uniforms[child, parent, draw] * fitness.size)
+                    agent = int(generation.uniforms[child, parent, draw] * fitness.size)
                     best = agent if fitness[agent] > fitness[best] else best
-                parents[child, parent] = best
+                generation.parents[child, parent] = best
 
 
 class Truncation(Selection, name="truncation"):
     """A random agent of the fitter half (n // 2 of n agents). Ties are broken at random."""
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        n_best = max(1, fitness.size // 2)
-        sort_from_fittest(fitness, uniforms[:, 1, 0], shares, order)
-        for child in range(parents.shape[0]):
+    def select(part: Any, generation: Generation) -> None:
+        n_best = max(1, generation.fitness.size // 2)
+        sort_from_fittest(
+            generation.fitness, generation.uniforms[:, 1, 0], generation.shares, generation.order
+        )
+        for child in range(generation.parents.shape[0]):
             for parent in range(2):
-                parents[child, parent] = order[draw_index(n_best, uniforms[child, 0, parent])]
+                generation.parents[child, parent] = generation.order[
+                    draw_index(n_best, generation.uniforms[child, 0, parent])
+                ]
 
 
 class BestCopies(Selection, name="best-copies"):
@@ -123,22 +109,18 @@ class BestCopies(Selection, name="best-copies"):
     )
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        parents = generation.parents
         # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
-        n_best = max(1, int(part.parent_share * fitness.size + 0.5))
+        n_best = max(1, int(part.parent_share * generation.fitness.size + 0.5))
         # Equal agents are in random order.
-        sort_from_fittest(fitness, uniforms[:, 1, 0], shares, order)
+        sort_from_fittest(
+            generation.fitness, generation.uniforms[:, 1, 0], generation.shares, generation.order
+        )
         for child in range(parents.shape[0]):
-            parents[child, 0] = parents[child, 1] = order[child % n_best]
-            if uniforms[child, 0, 0] < part.two_parent_share:
-                parents[child, 1] = order[int(uniforms[child, 0, 1] * n_best)]
+            parents[child, 0] = parents[child, 1] = generation.order[child % n_best]
+            if generation.uniforms[child, 0, 0] < part.two_parent_share:
+                parents[child, 1] = generation.order[int(generation.uniforms[child, 0, 1] * n_best)]
 
 
 class MuPlusLambda(Selection, name="mu-plus-lambda"):
@@ -163,28 +145,24 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
     )
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        parents = generation.parents
         n_agents = parents.shape[0]
         # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
         n_survivors = min(n_agents - 1, int(part.survivor_share * n_agents + 0.5))
         n_survivors = max(1, n_survivors)
         # `mark_survivors` breaks ties by the same random numbers, so both choose the same agents.
-        sort_from_fittest(fitness, uniforms[:, 1, 3], shares, order)
+        sort_from_fittest(
+            generation.fitness, generation.uniforms[:, 1, 3], generation.shares, generation.order
+        )
         for child in range(n_agents):
             if child < n_survivors:
-                parents[child, 0] = order[child]
+                parents[child, 0] = generation.order[child]
                 parents[child, 1] = ITSELF
             else:
                 for parent in range(2):
-                    rank = draw_index(n_survivors, uniforms[child, 0, parent])
-                    parents[child, parent] = order[rank]
+                    rank = draw_index(n_survivors, generation.uniforms[child, 0, parent])
+                    parents[child, parent] = generation.order[rank]
 
 
 class Rank(Selection, name="rank"):
@@ -198,14 +176,9 @@ class Rank(Selection, name="rank"):
     """
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
+        order = generation.order
         sort_by(fitness, fitness, order)
         first = 0
         for end in range(1, fitness.size + 1):
@@ -213,6 +186,6 @@ class Rank(Selection, name="rank"):
                 # Agents order[first:end] are equal and have the ranks first + 1 to end.
                 mean_rank = 0.5 * (first + 1 + end)
                 for index in range(first, end):
-                    shares[order[index]] = mean_rank
+                    generation.shares[order[index]] = mean_rank
                 first = end
-        spin(uniforms, shares, parents)
+        spin(generation.uniforms, generation.shares, generation.parents)

@@ -15,14 +15,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import (
     find_first_above,
     spin,
     sum_shares,
 )
-from baldwinlab.evolution.sorting import Keys, Order
-from baldwinlab.parts import Selection
+from baldwinlab.parts import Generation, Selection
 
 
 class Roulette(Selection, name="roulette"):
@@ -38,17 +36,10 @@ class Roulette(Selection, name="roulette"):
     minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        for agent in range(fitness.size):
-            shares[agent] = fitness[agent]
-        spin(uniforms, shares, parents)
+    def select(part: Any, generation: Generation) -> None:
+        for agent in range(generation.fitness.size):
+            generation.shares[agent] = generation.fitness[agent]
+        spin(generation.uniforms, generation.shares, generation.parents)
 
 
 class ExpectedOffspring(Selection, name="expected-offspring"):
@@ -62,29 +53,23 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
     minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
         """Spin a wheel with one pointer per parent, at equal distances, and shuffle the parents."""
-        for agent in range(fitness.size):
-            shares[agent] = fitness[agent]
-        total, last = sum_shares(shares)
+        parents = generation.parents
+        for agent in range(generation.fitness.size):
+            generation.shares[agent] = generation.fitness[agent]
+        total, last = sum_shares(generation.shares)
         n_parents = 2 * parents.shape[0]
         agent = 0
         for index in range(n_parents):
-            pointer = (index + uniforms[0, 1, 0]) * total / n_parents
-            while agent < last and shares[agent] <= pointer:
+            pointer = (index + generation.uniforms[0, 1, 0]) * total / n_parents
+            while agent < last and generation.shares[agent] <= pointer:
                 agent += 1
             # Parent `index` is column index % 2 of child index // 2.
             parents[index // 2, index % 2] = agent
         # Fisher-Yates shuffle: parent `index` and a random one of the parents 0 to `index` swap.
         for index in range(n_parents - 1, 0, -1):
-            swap_index = int(uniforms[index // 2, 0, index % 2] * (index + 1))
+            swap_index = int(generation.uniforms[index // 2, 0, index % 2] * (index + 1))
             swapped_parent = parents[swap_index // 2, swap_index % 2]
             parents[swap_index // 2, swap_index % 2] = parents[index // 2, index % 2]
             parents[index // 2, index % 2] = swapped_parent
@@ -101,30 +86,26 @@ class Outcrossing(Selection, name="outcrossing"):
     minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(
-        part: Any,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
+        shares = generation.shares
+        parents = generation.parents
         for agent in range(fitness.size):
             shares[agent] = fitness[agent]
         total, _ = sum_shares(shares)
         for child in range(parents.shape[0]):
-            first = find_first_above(shares, uniforms[child, 0, 0] * total)
+            first = find_first_above(shares, generation.uniforms[child, 0, 0] * total)
             share_before = shares[first - 1] if first > 0 else 0.0
             share_of_others = share_before + (total - shares[first])
             if share_of_others > 0.0:
-                pointer = uniforms[child, 0, 1] * share_of_others
+                pointer = generation.uniforms[child, 0, 1] * share_of_others
                 # The pointer skips the share of the first parent.
                 if pointer >= share_before:
                     pointer = shares[first] + (pointer - share_before)
                 second = find_first_above(shares, pointer)
             elif fitness.size > 1:
                 # All other agents have the fitness 0, so all have the same probability.
-                second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
+                second = np.int64(generation.uniforms[child, 0, 1] * (fitness.size - 1))
                 # The numbers of the other agents omit that of the first parent.
                 second += np.int64(second >= first)
             else:

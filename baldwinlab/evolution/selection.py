@@ -1,8 +1,6 @@
 """Selection of the parents of each child by a selection scheme.
 
-A scheme fills `parents` int32 [child, 2] from `fitness` float64 [agent] and `uniforms` float64
-[child, 2, 4] in (0, 1). Parents are drawn independently and with replacement. `shares` float64
-[agent] and `order` int64 [agent] are scratch arrays.
+A scheme fills the parents of a `Generation`, which are drawn independently and with replacement.
 
 References
 ----------
@@ -21,11 +19,11 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.rng import SELECTION_STREAM, Stream
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Parents, Uniforms
-from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
-from baldwinlab.parts.selection import mark_survivors, select_with_genomes
+from baldwinlab.parts.selection import Generation, mark_survivors
+from baldwinlab.parts.selection import select as select_by_scheme
 
 FIRST_GENERATION: Final = GenerationKey(seed=0, run=0, generation=0)
 
@@ -64,32 +62,27 @@ def select(
     parents = np.full((len(uniforms), 2), -1, np.int32)
     if lifetimes is None:
         lifetimes = make_lifetimes(np.empty((n_agents, 0, 0), np.float32))
-    stream = Stream(*key, purpose=SELECTION_STREAM)
-    shares = poison.empty(n_agents)
-    order = poison.empty(n_agents, np.int64)
-    elite = experiment.evolution.elite
-    cached_jit(select_parents, code)(
-        scheme, elite, stream, lifetimes, fitness, uniforms, shares, order, parents
+    generation = Generation(
+        stream=Stream(*key, purpose=SELECTION_STREAM),
+        lifetimes=lifetimes,
+        fitness=fitness,
+        uniforms=uniforms,
+        shares=poison.empty(n_agents),
+        order=poison.empty(n_agents, np.int64),
+        parents=parents,
     )
+    cached_jit(select_parents, code)(scheme, experiment.evolution.elite, generation)
     if has_invalid_parent(parents, n_agents):
         raise ValueError(f"{setting} chose a parent that is none of the {n_agents} agents")
     return parents
 
 
-def select_parents(
-    scheme: Any,
-    elite: int,
-    stream: Stream,
-    lifetimes: Lifetimes,
-    fitness: Fitness,
-    uniforms: Uniforms,
-    shares: Keys,
-    order: Order,
-    parents: Parents,
-) -> None:
-    """Fill `parents` by a scheme, the fitter one first. The elite replaces the first children."""
-    select_with_genomes(scheme, stream, lifetimes, fitness, uniforms, shares, order, parents)
-    mark_survivors(scheme, elite, fitness, uniforms, parents)
+def select_parents(scheme: Any, elite: int, generation: Generation) -> None:
+    """Fill the parents by a scheme, the fitter one first. The elite replaces the first children."""
+    select_by_scheme(scheme, generation)
+    mark_survivors(scheme, generation, elite)
+    fitness = generation.fitness
+    parents = generation.parents
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]

@@ -22,8 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Field, Gene, Variation
+from baldwinlab.parts import Field, Gene, Mating, Variation
 
 MIN_STEP_SIZE = 1e-4
 MAX_STEP_SIZE = 10.0
@@ -53,14 +52,15 @@ class SelfAdaptive(Variation, name="self-adaptive"):
     }
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         step_size = np.float64(child[0, part.step_size])
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                takes_fitter = draws[draw, 0] < 0.5
+                takes_fitter = mating.draws[draw, 0] < 0.5
                 inherited = fitter[module, weight] if takes_fitter else second[module, weight]
-                mutation = np.float32(step_size * normal_quantile(draws[draw, 1]))
+                mutation = np.float32(step_size * normal_quantile(mating.draws[draw, 1]))
                 child[module, weight] = inherited + mutation

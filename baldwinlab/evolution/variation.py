@@ -8,19 +8,12 @@ interpretations of this section (R5).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.parts.variation import Variation
-
-# [module, weight].
-OneGenome = npt.NDArray[np.float32]
-# [module and weight, 4].
-Draws = npt.NDArray[np.float64]
+from baldwinlab.parts.variation import Mating, Variation
 
 
 class Crossover(Variation, name="crossover"):
@@ -31,33 +24,25 @@ class Crossover(Variation, name="crossover"):
     Le 2019.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
-    derived: ClassVar[Mapping[str, Any]] = {
-        # Whether one random number decides if all weights of a child mutate, or none. Otherwise
-        # each weight has its random number.
-        "one_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
-        # Probability of a mutation.
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        # A mutation adds U(-size, size).
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                takes_fitter = draws[draw, 0] < 0.5
+                takes_fitter = mating.draws[draw, 0] < 0.5
                 inherited = fitter[module, weight] if takes_fitter else second[module, weight]
-                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 @compiled
-def mutate_uniformly(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
+def mutate_uniformly(part: Any, mating: Mating, inherited: Any, draw: int) -> Any:
     """Return a weight after a possible mutation, which adds U(-size, size)."""
-    weight_gate = gate if part.one_gate else draws[draw, 1]
-    if weight_gate < part.rate:
-        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+    gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
+    if gate < part.mutation_rate:
+        inherited += np.float32((2.0 * mating.draws[draw, 2] - 1.0) * part.mutation_size)
     return inherited

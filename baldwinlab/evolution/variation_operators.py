@@ -16,7 +16,6 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,9 +23,8 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
-from baldwinlab.evolution.variation import Crossover, Draws, OneGenome, mutate_uniformly
-from baldwinlab.parts import Variation
+from baldwinlab.evolution.variation import Crossover, mutate_uniformly
+from baldwinlab.parts import Mating, Reproduction, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
@@ -58,17 +56,20 @@ class Gaussian(Crossover, name="gaussian"):
     """
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                takes_fitter = draws[draw, 0] < 0.5
+                takes_fitter = mating.draws[draw, 0] < 0.5
                 inherited = fitter[module, weight] if takes_fitter else second[module, weight]
-                weight_gate = gate if part.one_gate else draws[draw, 1]
-                if weight_gate < part.rate:
-                    inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
+                weight_gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
+                if weight_gate < part.mutation_rate:
+                    inherited += np.float32(
+                        normal_quantile(mating.draws[draw, 2]) * part.mutation_size
+                    )
                 child[module, weight] = inherited
 
 
@@ -81,18 +82,19 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
     """
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         # The cut is a position in the list of the weights of all modules. The gate cannot determine
         # the cut, because the gate can decide whether the child mutates.
-        cut = draw_cut(draws[0, 3], child.size)
+        cut = draw_cut(mating.draws[0, 3], child.size)
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                uses_fitter = is_from_fitter(draw, cut, draws[0, 0])
+                uses_fitter = is_from_fitter(draw, cut, mating.draws[0, 0])
                 inherited = fitter[module, weight] if uses_fitter else second[module, weight]
-                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 class Copy(Variation, name="copy"):
@@ -103,18 +105,20 @@ class Copy(Variation, name="copy"):
     Nolfi, Elman and Parisi 1994.
     """
 
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
+    reads: ClassVar[tuple[str, ...]] = Crossover.reads
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
+                inherited = (
+                    fitter[module, weight] if mating.draws[0, 0] < 0.5 else second[module, weight]
+                )
                 draw = module * child.shape[1] + weight
-                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -129,27 +133,19 @@ class GenePool(Variation, name="gene-pool"):
     Mühlenbein and Voigt 1996.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
 
     @staticmethod
-    def vary_population(
-        part: Any,
-        key: GenerationKey,
-        genome: Genome,
-        fitness: Fitness,
-        parents: Parents,
-        draws: Uniforms,
-        children: Genome,
-    ) -> None:
+    def vary_population(part: Any, reproduction: Reproduction) -> None:
+        key = reproduction.key
+        children = reproduction.children
+        draws = reproduction.draws
+        parents = reproduction.parents
         # Random number `draw` is for weight draw % length of module draw // length.
         length = children.shape[2]
         for child in range(children.shape[0]):
             if parents[child, 1] == ITSELF:
-                copy_genome(genome[parents[child, 0]], children[child])
+                copy_genome(reproduction.genome[parents[child, 0]], children[child])
                 continue
             rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
@@ -159,7 +155,7 @@ class GenePool(Variation, name="gene-pool"):
                 parent = parents[pool_child, pool_index % 2]
                 if parent == ITSELF:
                     parent = parents[pool_child, 0]
-                inherited = genome[parent, draw // length, draw % length]
-                if draws[draw, 1] < part.rate:
-                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+                inherited = reproduction.genome[parent, draw // length, draw % length]
+                if draws[draw, 1] < part.mutation_rate:
+                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
                 children[child, draw // length, draw % length] = inherited

@@ -87,7 +87,7 @@ def _unused_mutation_settings(experiment: BaseExperiment) -> dict[str, str]:
     return {
         f"evolution.{field}": f'evolution.variation = "{name}"'
         for field in fields
-        if field not in part.settings
+        if field not in part.reads
     }
 
 

@@ -26,11 +26,20 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
-from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
 from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, Variation, uniforms
+from baldwinlab.parts import (
+    LIFE,
+    Field,
+    LifeResults,
+    Mating,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    uniforms,
+)
 
 # Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
@@ -197,9 +206,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             " among the founders."
         ),
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         # Three times the share of 0, because `vary` draws a number from (0, 3).
         "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
     }
@@ -222,18 +230,19 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             )
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         # The cut is a position in the list of the genes of all modules.
-        cut = draw_cut(gate, child.size)
+        cut = draw_cut(mating.gate, child.size)
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
-                parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
                 child[module, locus] = parent[module, locus]
-                if draws[gene, 1] < part.rate:
-                    draw = 3.0 * draws[gene, 2]
+                if mating.draws[gene, 1] < part.mutation_rate:
+                    draw = 3.0 * mating.draws[gene, 2]
                     is_not_zero = draw >= part.three_zero_shares
                     is_one = draw >= 3.0 - part.three_zero_shares
                     # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.

@@ -37,12 +37,12 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.models.record_means import mean_at
 from baldwinlab.parts import (
     LIFE,
     Field,
     LifeResults,
+    Mating,
     Measure,
     Model,
     PathView,
@@ -290,19 +290,17 @@ class BitFlips(Variation, name="bit-flips"):
     Mayley 1996.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         n_modules = child.shape[0]
         n_bits = child.shape[1]
         for module in range(n_modules):
             for bit in range(n_bits):
-                inherited = fitter[module, bit] if gate < 0.5 else second[module, bit]
-                flips = draws[module * n_bits + bit, 1] < part.rate
+                inherited = fitter[module, bit] if mating.gate < 0.5 else second[module, bit]
+                flips = mating.draws[module * n_bits + bit, 1] < part.mutation_rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited

@@ -35,7 +35,7 @@ FROZEN_FILE: Final = "frozen.json"
 """File of a confirmation with the SHA-256 of the claims and of the tuned values at its start."""
 
 TunedSettings = Mapping[str, Mapping[str, float]]
-"""Chosen value of each tuned setting, by condition: {"evo+hebb/A": {"learning.rate": 0.03}}."""
+"""ChosenPart value of each tuned setting, by condition: {"evo+hebb/A": {"learning.rate": 0.03}}."""
 
 
 class TuningGrid(DeclaredTable):

@@ -40,16 +40,16 @@ from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
 from baldwinlab.parts.model_part import LifeResults, Model
-from baldwinlab.parts.networks import Network, backward, forward
+from baldwinlab.parts.networks import Network, Training, backward, forward
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.random_numbers import draw_unit
-from baldwinlab.parts.selection import Selection
+from baldwinlab.parts.selection import Generation, Selection
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.stop import Stop
-from baldwinlab.parts.synapses import LAYER_VALUES, SynapticRule, for_each_synapse
-from baldwinlab.parts.variation import Variation
+from baldwinlab.parts.synapses import LAYER_VALUES, Synapse, SynapticRule, for_each_synapse
+from baldwinlab.parts.variation import Mating, Reproduction, Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
-from baldwinlab.parts.world_features import ItemRegion, WorldFeature
+from baldwinlab.parts.world_features import ItemRegion, LineOfSight, WorldFeature
 
 __all__ = [
     "FOUNDER",
@@ -62,12 +62,15 @@ __all__ = [
     "File",
     "Fitness",
     "Gene",
+    "Generation",
     "GridView",
     "Inheritance",
     "ItemRegion",
     "LearningRule",
     "LifeResults",
     "Lifetimes",
+    "LineOfSight",
+    "Mating",
     "MatrixView",
     "Measure",
     "Model",
@@ -75,12 +78,15 @@ __all__ = [
     "Part",
     "PartError",
     "PathView",
+    "Reproduction",
     "Selection",
     "Sense",
     "Source",
     "Stop",
     "Stream",
+    "Synapse",
     "SynapticRule",
+    "Training",
     "Variable",
     "Variation",
     "View",

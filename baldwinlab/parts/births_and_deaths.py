@@ -45,9 +45,7 @@ def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> N
 
 
 @hook
-def bear_agent(
-    part: Any, model: Any, state: Any, world: int, first_parent: int, second_parent: int
-) -> int:
+def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int, int]) -> int:
     """Let two parents have a child, and return its slot, or -1.
 
     Parameters
@@ -60,7 +58,7 @@ def bear_agent(
         Arrays of the step, and the other parts.
     world : int
         Index of the world.
-    first_parent, second_parent : int
+    parents : tuple of (int, int)
         Indices of the parents in the world, the fitter one first.
 
     Returns
@@ -119,7 +117,8 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     int
         Index of the child in the world, or -1 if no slot is free.
     """
-    return int(bear_agent(state.population, model, state, world, first_parent, second_parent))
+    parents = (first_parent, second_parent)
+    return int(bear_agent(state.population, model, state, world, parents))
 
 
 @compiled

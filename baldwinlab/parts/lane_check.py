@@ -35,7 +35,7 @@ PER_AGENT_HOOKS: Final = (
     "compute_change",
     "change_synapse",
 )
-# Arguments of hooks that are arrays of agents.
+# Arguments of hooks, and fields of `Training`, that are arrays of agents.
 AGENT_ARRAYS: Final = (
     "weights",
     "activations",
@@ -61,7 +61,7 @@ LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * mode
 FIXED_ARGUMENTS: Final = ("lane", "world", "agent")
 
 Roles = Mapping[str, str]
-"""Role of each name: "state", "part", "array", "lane", "world" or "agent".
+"""Role of each name: "state", "part", "training", "array", "lane", "world" or "agent".
 
 `part.NAME` is the name of an array of the part.
 """
@@ -183,8 +183,8 @@ def _find_accesses_in_call(
 
 def _passes_wrong_lane(function: str, argument_roles: Sequence[str]) -> bool:
     """Return whether a call of a network hook has another lane than that of the agent."""
-    is_network_hook = function in ("forward", "backward") and "array" in argument_roles
-    return is_network_hook and argument_roles[-1] != "lane"
+    has_arrays = "array" in argument_roles or "training" in argument_roles
+    return function in ("forward", "backward") and has_arrays and argument_roles[-1] != "lane"
 
 
 def _list_bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | None, ast.AST]]:
@@ -209,6 +209,10 @@ def _role_of(value: ast.expr | None, roles: Roles) -> str:
         owner = _role_of(value.value, roles)
         if owner == "part":
             return roles.get(f"part.{value.attr}", "")
+        if owner == "training":
+            return "array" if value.attr in AGENT_ARRAYS else ""
         return "array" if owner == "state" and value.attr not in SHARED_FIELDS else ""
+    if isinstance(value, ast.Call) and ast.unparse(value.func) == "Training":
+        return "training"
     is_lane = isinstance(value, ast.BinOp) and ast.unparse(value) in LANE_EXPRESSIONS
     return "lane" if is_lane else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import Lane, Value
@@ -30,29 +30,42 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
     """
 
 
+class Training(NamedTuple):
+    """A module of an agent, and the data from which its weights learn.
+
+    Attributes
+    ----------
+    rate : float32, or a SIMD block
+        Learning rate of the agent.
+    weights : array, float32 [weight, lane]
+        Weights of the module. `backward` changes them.
+    activations : array, float32 [unit, lane]
+        Activations of all units, as `forward` wrote them. Read only.
+    errors : array, float32 [unit, lane]
+        Scratch memory.
+    targets : array, float32 [action, lane]
+        Target of each output. Read only.
+    """
+
+    rate: Value
+    weights: Any
+    activations: Any
+    errors: Any
+    targets: Any
+
+
 @hook
-def backward(
-    part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane
-) -> None:
+def backward(part: Any, training: Training, lane: Lane) -> None:
     """Change the weights so that the outputs move toward the targets.
 
-    Per agent. A learning rule calls it after `forward`. `activations` has the values that `forward`
-    wrote.
+    Per agent. A learning rule calls it after `forward`.
 
     Parameters
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    rate : float32, or a SIMD block
-        Learning rate of the agent.
-    weights : array, float32 [weight, lane]
-        Weights of the module. The hook changes them.
-    activations : array, float32 [unit, lane]
-        Activations of all units. Read only.
-    errors : array, float32 [unit, lane]
-        Scratch memory.
-    targets : array, float32 [action, lane]
-        Target of each output. Read only.
+    training : Training
+        Weights, activations, targets and learning rate. The hook changes `training.weights`.
     lane : Lane
         Column of an agent, or a SIMD block.
     """

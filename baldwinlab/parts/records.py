@@ -10,8 +10,8 @@ from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.phases import RECORD_TYPES, Array, for_each_part, part_class
 from baldwinlab.parts.lane_check import find_definition
 
-READING_HOOKS: Final = ("evaluate", "select_with_genomes", "should_stop")
-"""Hooks with the argument `lifetimes`."""
+READING_HOOKS: Final = ("evaluate", "select", "should_stop")
+"""Hooks that read results of lifetimes."""
 
 
 def add_record_arrays(part: Any) -> None:

@@ -2,65 +2,30 @@
 
 from __future__ import annotations
 
+import ast
 import math
-from typing import Any, ClassVar
+from functools import cache
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.rng import Stream
 from baldwinlab.parts.breeding import ITSELF, Numbers
+from baldwinlab.parts.lane_check import find_definition
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.variation import vary_population
 from baldwinlab.parts.world_features import end_step
 
 
-@hook
-def select(
-    part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any
-) -> None:
-    """Select two parents for each child.
+class Generation(NamedTuple):
+    """A population at the end of its lifetimes, and the parents of its children.
 
-    Per population, between two generations.
-
-    Parameters
+    Attributes
     ----------
-    part : NamedTuple
-        Numeric settings and derived values of the part.
-    fitness : array, float64 [agent]
-        Fitness of each agent. Read only.
-    uniforms : array, float64 [child, 2, 4]
-        Random numbers in (0, 1). Read only.
-    shares : array, float64 [agent]
-        Scratch memory.
-    order : array, int64 [agent]
-        Scratch memory.
-    parents : array, int32 [child, 2]
-        Output: indices of the two parents of each child. The hook fills it. Then the engine puts
-        the fitter parent first. If the second value is `ITSELF`, the first agent survives
-        unchanged.
-    """
-
-
-@hook
-def select_with_genomes(
-    part: Any,
-    stream: Stream,
-    lifetimes: Lifetimes,
-    fitness: Numbers,
-    uniforms: Numbers,
-    shares: Numbers,
-    order: Any,
-    parents: Any,
-) -> None:
-    """Select two parents for each child, with access to genomes and records.
-
-    Per population, between two generations. By default it calls `select`.
-
-    Parameters
-    ----------
-    part : NamedTuple
-        Numeric settings and derived values of the part.
     stream : Stream
         Any number of random numbers: `draw(stream, number)`.
     lifetimes : Lifetimes
@@ -74,17 +39,37 @@ def select_with_genomes(
     order : array, int64 [agent]
         Scratch memory.
     parents : array, int32 [child, 2]
-        Output: indices of the two parents of each child. The hook fills it. Then the engine puts
-        the fitter parent first. If the second value is `ITSELF`, the first agent survives
-        unchanged.
+        Output: indices of the two parents of each child.
     """
-    select(part, fitness, uniforms, shares, order, parents)
+
+    stream: Stream
+    lifetimes: Lifetimes
+    fitness: Numbers
+    uniforms: Numbers
+    shares: Numbers
+    order: npt.NDArray[np.int64]
+    parents: npt.NDArray[np.int32]
 
 
 @hook
-def mark_survivors(
-    part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any
-) -> None:
+def select(part: Any, generation: Generation) -> None:
+    """Select two parents for each child.
+
+    Per population, between two generations.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    generation : Generation
+        Fitness, results of lifetimes, and random numbers. The hook fills `generation.parents`. Then
+        the engine puts the fitter parent first. If the second parent of a child is `ITSELF`, the
+        first agent survives unchanged.
+    """
+
+
+@hook
+def mark_survivors(part: Any, generation: Generation, count: int) -> None:
     """Mark the agents that survive unchanged.
 
     Per population, after selection, if `evolution.elite` is above 0. By default the `count` fittest
@@ -94,16 +79,32 @@ def mark_survivors(
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
+    generation : Generation
+        The generation with its parents. The hook sets the first `count` rows of
+        `generation.parents` to (agent, `ITSELF`).
     count : int
         Number of survivors: the setting `evolution.elite`.
-    fitness : array, float64 [agent]
-        Fitness of each agent. Read only.
-    uniforms : array, float64 [child, 2, 4]
-        Random numbers in (0, 1). Read only.
-    parents : array, int32 [child, 2]
-        Output: the hook sets the first `count` rows to (agent, `ITSELF`).
     """
-    mark_fittest(count, fitness, uniforms[:, 1, 3], parents)
+    mark_fittest(count, generation.fitness, generation.uniforms[:, 1, 3], generation.parents)
+
+
+@cache
+def reads_lifetimes(selection: Any) -> bool:
+    """Return whether the hook `select` of a class reads results of lifetimes, by its source.
+
+    A hook without source, or one that passes its generation to a function, could read them.
+    """
+    definition = find_definition(selection.select)
+    if definition is None:
+        return True
+    argument = definition.args.args[1].arg
+    fields = [node for node in ast.walk(definition) if isinstance(node, ast.Attribute)]
+    owners = [field.value for field in fields]
+    passes_generation = any(
+        isinstance(node, ast.Name) and node.id == argument and node not in owners
+        for node in ast.walk(definition)
+    )
+    return passes_generation or any(field.attr == "lifetimes" for field in fields)
 
 
 @compiled
@@ -147,7 +148,7 @@ class Selection(Part):
         True if both parents of a child come from the group of the child, such as one half of the
         population.
     reads_only_genomes : bool
-        True if `select_with_genomes` reads no results of lifetimes except `lifetimes.genome`, and
+        True if `select` reads no results of lifetimes except `generation.lifetimes.genome`, and
         the part has no arrays of the run. The selection of stored generations can then be repeated
         without their lifetimes.
     """
@@ -158,7 +159,6 @@ class Selection(Part):
     reads_only_genomes: ClassVar[bool] = False
 
     select: ClassVar[Any] = staticmethod(select.default)
-    select_with_genomes: ClassVar[Any] = staticmethod(select_with_genomes.default)
     mark_survivors: ClassVar[Any] = staticmethod(mark_survivors.default)
     end_step: ClassVar[Any] = staticmethod(end_step.default)
 

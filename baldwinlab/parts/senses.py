@@ -35,12 +35,12 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
 
 
 @hook
-def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     """Write the inputs of a continuous sense.
 
-    Per agent, once per step. The engine calls it if `is_continuous` is true. The hook writes rows
-    `first`, `first + 1`, ... of `state.activations`, any finite float32. It may also write the
-    arrays of the part.
+    Per agent, once per step. The engine calls it if `is_continuous` is true. The hook writes an
+    entry of `state.activations` for each input of the part, any finite float32, from row
+    `part.first_input` on. It may also write the arrays of the part.
 
     Parameters
     ----------
@@ -52,8 +52,6 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
         Arrays of the step, and the other parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
-    first : int
-        Row of the first input of the part in `state.activations`.
     """
 
 
@@ -97,6 +95,13 @@ def _choose_count_inputs(part: Any) -> Any:
 count_inputs = register(_count_inputs, _choose_count_inputs)
 
 
+def find_first_input(part: Any, experiment: Any) -> int:
+    """Return the row of the first input of a sense in `state.activations`."""
+    senses = experiment.parts("senses.kinds")
+    names = [sense_part.name for sense_part in senses]
+    return sum(len(sense_part.inputs) for sense_part in senses[: names.index(part.name)])
+
+
 class Sense(Part):
     """Sense of an agent, which writes inputs of its network.
 
@@ -119,7 +124,9 @@ class Sense(Part):
         True if the inputs depend on items alone. If this holds for all senses, the engine skips
         them for an agent without a nearby item.
     is_continuous : bool
-        True if `measure` writes the inputs, False if `sense` returns them as bits.
+        True if `measure` writes the inputs, False if `sense` returns them as bits. The hooks of a
+        continuous sense read the row of its first input in `state.activations` as
+        `part.first_input`.
     """
 
     kind: ClassVar[str] = "sense"
@@ -137,4 +144,6 @@ class Sense(Part):
     def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
         if isinstance(cls.inputs, property):
             cls.derived = {**cls.derived, "n_inputs": lambda part, experiment: len(part.inputs)}
+        if cls.is_continuous:
+            cls.derived = {**cls.derived, "first_input": find_first_input}
         super().__pydantic_init_subclass__(name=name, **options)

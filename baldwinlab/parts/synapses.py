@@ -5,14 +5,14 @@ A *synapse* is a weight of the action module, with its source unit and its targe
 
     class Oja(SynapticRule, name="oja"):
         @staticmethod
-        def compute_change(part, state, synapse, weight, x, y, lane):
-            return y * (x - y * weight)
+        def compute_change(part, state, synapse, lane):
+            return synapse.y * (synapse.x - synapse.y * synapse.weight)
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
@@ -30,10 +30,31 @@ LAYER_VALUES: Final[Mapping[str, Any]] = {
 """Derived values of a part that calls `for_each_synapse`."""
 
 
+class Synapse(NamedTuple):
+    """A weight of the action module, and the activations of its units.
+
+    Attributes
+    ----------
+    number : int
+        Number of the weight: the row in `state.weights`.
+    weight : float32, or a SIMD block
+        The weight.
+    x, y : float32, or a SIMD block
+        Activations of the source unit and of the target unit. The source of a bias has the
+        activation 1.
+    rate : float32, or a SIMD block
+        Factor of the change: the learning rate of the agent, or the rate of `for_each_synapse`.
+    """
+
+    number: int
+    weight: Value
+    x: Value
+    y: Value
+    rate: Value
+
+
 @hook
-def compute_change(
-    part: Any, state: Any, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-) -> Value:
+def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value:
     """Return the change of a weight, per learning rate.
 
     Per agent, for each synapse in each step in which the agent learns.
@@ -44,29 +65,22 @@ def compute_change(
         Numeric settings, derived values and arrays of the part.
     state : State
         Arrays of the step, and the other parts.
-    synapse : int
-        Number of the weight, the row in `state.weights`.
-    weight : float32, or a SIMD block
-        The weight.
-    x, y : float32, or a SIMD block
-        Activations of the source unit and of the target unit. The source of a bias has the
-        activation 1.
+    synapse : Synapse
+        The weight and its activations.
     lane : Lane
         Column of an agent, or a SIMD block.
 
     Returns
     -------
     float32, or a SIMD block
-        The change. The learning rate of the agent multiplies it. 0 by default.
+        The change. `synapse.rate` multiplies it. 0 by default.
     """
-    return ZERO * weight
+    return ZERO * synapse.weight
 
 
 @hook
-def change_synapse(
-    part: Any, state: Any, rate: Value, synapse: int, x: Value, y: Value, lane: Lane
-) -> None:
-    """Change a weight by `rate * compute_change(...)`.
+def change_synapse(part: Any, state: Any, synapse: Synapse, lane: Lane) -> None:
+    """Change a weight by `synapse.rate * compute_change(...)`.
 
     Per agent, for each synapse. By default, the new weight is limited to [-10, 10].
 
@@ -76,19 +90,14 @@ def change_synapse(
         Numeric settings, derived values and arrays of the part.
     state : State
         Arrays of the step, and the other parts.
-    rate : float32, or a SIMD block
-        Factor of the change.
-    synapse : int
-        Number of the weight, the row in `state.weights`.
-    x, y : float32, or a SIMD block
-        Activations of the source unit and of the target unit. The source of a bias has the
-        activation 1.
+    synapse : Synapse
+        The weight and its activations.
     lane : Lane
         Column of an agent, or a SIMD block.
     """
-    weight = get(state.weights, synapse, lane)
-    change = compute_change(part, state, synapse, weight, x, y, lane)
-    put(state.weights, synapse, lane, clamp(weight + rate * change, MAX_WEIGHT))
+    change = compute_change(part, state, synapse, lane)
+    weight = clamp(synapse.weight + synapse.rate * change, MAX_WEIGHT)
+    put(state.weights, synapse.number, lane, weight)
 
 
 @compiled
@@ -107,7 +116,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
         Column of an agent, or a SIMD block.
     """
     source = 0
-    synapse = 0
+    number = 0
     for layer in range(part.sizes.size - 1):
         inputs = part.sizes[layer]
         outputs = part.sizes[layer + 1]
@@ -116,8 +125,9 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
                 y = get(state.activations, source + inputs + unit, lane)
                 # A bias has the activation 1.
                 x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                change_synapse(part, state, rate, synapse, x, y, lane)
-                synapse += 1
+                weight = get(state.weights, number, lane)
+                change_synapse(part, state, Synapse(number, weight, x, y, rate), lane)
+                number += 1
         source += inputs
 
 

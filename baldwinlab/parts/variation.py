@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
@@ -10,17 +14,15 @@ from baldwinlab.engine.phases import hook
 from baldwinlab.parts.breeding import ITSELF, Numbers, copy_genome
 from baldwinlab.parts.part import Part
 
+OneGenome = npt.NDArray[np.float32]
+"""Genome of an agent, [module, weight]."""
 
-@hook
-def vary(part: Any, fitter: Any, second: Any, draws: Numbers, gate: float, child: Any) -> None:
-    """Create one child from two parents.
 
-    Per child, by the default `vary_population`. It must write every entry of `child`.
+class Mating(NamedTuple):
+    """Two parents and their child.
 
-    Parameters
+    Attributes
     ----------
-    part : NamedTuple
-        Numeric settings and derived values of the part.
     fitter, second : array, float32 [module, weight]
         Genomes of the parents, the fitter one first. Read only.
     draws : array, float64 [module and weight, 4]
@@ -31,27 +33,18 @@ def vary(part: Any, fitter: Any, second: Any, draws: Numbers, gate: float, child
         Output: the genome of the child.
     """
 
+    fitter: OneGenome
+    second: OneGenome
+    draws: Numbers
+    gate: float
+    child: OneGenome
 
-@hook
-def vary_population(
-    part: Any,
-    key: Any,
-    genome: Any,
-    fitness: Numbers,
-    parents: Any,
-    draws: Numbers,
-    children: Any,
-) -> None:
-    """Create all children.
 
-    Per population, after selection. By default the hook copies the survivors and calls `vary` for
-    all other children. A variation overrides the hook if children depend on other children. The
-    override must copy the survivors, too.
+class Reproduction(NamedTuple):
+    """A population, the selected parents, and the genomes of their children.
 
-    Parameters
+    Attributes
     ----------
-    part : NamedTuple
-        Numeric settings and derived values of the part.
     key : GenerationKey
         Key of the random numbers: `seed`, `run` and `generation`.
     genome : array, float32 [agent, module, weight]
@@ -65,33 +58,67 @@ def vary_population(
     children : array, float32 [child, module, weight]
         Output: the genomes of all children.
     """
-    vary_children(part, key, genome, parents, draws, children, 0, children.shape[0])
+
+    key: Any
+    genome: npt.NDArray[np.float32]
+    fitness: Numbers
+    parents: npt.NDArray[np.int32]
+    draws: Numbers
+    children: npt.NDArray[np.float32]
+
+
+@hook
+def vary(part: Any, mating: Mating) -> None:
+    """Create one child from two parents.
+
+    Per child, by the default `vary_population`. It must write every entry of `mating.child`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    mating : Mating
+        The parents, random numbers, and the child.
+    """
+
+
+@hook
+def vary_population(part: Any, reproduction: Reproduction) -> None:
+    """Create all children.
+
+    Per population, after selection. By default the hook copies the survivors and calls `vary` for
+    all other children. A variation overrides the hook if children depend on other children. The
+    override must copy the survivors, too.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    reproduction : Reproduction
+        The population, the parents, and the children.
+    """
+    vary_children(part, reproduction, 0, reproduction.children.shape[0])
 
 
 @compiled
-def vary_children(
-    part: Any,
-    key: Any,
-    genome: Any,
-    parents: Any,
-    draws: Numbers,
-    children: Any,
-    first_child: int,
-    end_child: int,
-) -> None:
+def vary_children(part: Any, reproduction: Reproduction, first_child: int, end_child: int) -> None:
     """Create the children of a range, as the default of `vary_population`."""
-    seed = key.seed
-    run = key.run
-    generation = key.generation
-    for child in range(first_child, end_child):
-        first = genome[parents[child, 0]]
-        if parents[child, 1] == ITSELF:
-            copy_genome(first, children[child])
+    genome = reproduction.genome
+    parents = reproduction.parents
+    draws = reproduction.draws
+    seed = reproduction.key.seed
+    run = reproduction.key.run
+    generation = reproduction.key.generation
+    for index in range(first_child, end_child):
+        first = genome[parents[index, 0]]
+        child = reproduction.children[index]
+        if parents[index, 1] == ITSELF:
+            copy_genome(first, child)
             continue
-        second = genome[parents[child, 1]]
-        rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, child, draws)
-        gate = rng.uniform(rng.philox(0, child, generation, rng.MUTATION_GATE, seed, run)[0])
-        vary(part, first, second, draws, gate, children[child])
+        second = genome[parents[index, 1]]
+        rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, index, draws)
+        gate = rng.uniform(rng.philox(0, index, generation, rng.MUTATION_GATE, seed, run)[0])
+        vary(part, Mating(first, second, draws, gate, child))
 
 
 @hook
@@ -109,23 +136,47 @@ def init_founders(part: Any, genome: Any) -> None:
     """
 
 
+MUTATION_READERS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
+    # Probability of a mutation.
+    "mutation_rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+    # Size of a mutation, for example of the interval U(-size, size) that is added to a weight.
+    "mutation_size": lambda part, experiment: float(experiment.evolution.mutation_size),
+    # Whether one random number decides if all weights of a child mutate, or none. Otherwise each
+    # weight has its random number.
+    "mutation_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
+}
+"""Derived values of a variation, by the setting of the table `evolution` that it reads."""
+
+
 class Variation(Part):
     """Variation: the genomes of the founders and of the children.
 
     Attributes
     ----------
-    settings : tuple of str
-        Settings of the table `evolution` that the variation reads: some of "mutation_gate",
-        "mutation_rate" and "mutation_size". Other settings of mutation have no effect, and are
-        refused.
+    reads : tuple of str
+        Settings of the table `evolution` that the hooks read, as `part.NAME`: some of
+        "mutation_rate", "mutation_size" and "mutation_gate". `part.mutation_gate` is True for
+        "child". Other settings of mutation have no effect, and are refused.
     """
 
     kind: ClassVar[str] = "variation"
-    settings: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[tuple[str, ...]] = ()
 
     init_founders: ClassVar[Any] = staticmethod(init_founders.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
     vary_population: ClassVar[Any] = staticmethod(vary_population.default)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
+        if unknown := set(cls.reads) - set(MUTATION_READERS):
+            raise TypeError(
+                f"{cls.__name__}.reads: {', '.join(sorted(unknown))} must be some of "
+                f"{', '.join(MUTATION_READERS)}"
+            )
+        # A base class can read other settings.
+        derived = {key: value for key, value in cls.derived.items() if key not in MUTATION_READERS}
+        cls.derived = derived | {setting: MUTATION_READERS[setting] for setting in cls.reads}
+        super().__pydantic_init_subclass__(name=name, **options)
 
     @classmethod
     def has_independent_children(cls) -> bool:

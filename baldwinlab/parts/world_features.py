@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -55,8 +55,25 @@ def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> boo
     return False
 
 
+class LineOfSight(NamedTuple):
+    """The line from an agent that senses to an item or to another agent.
+
+    Attributes
+    ----------
+    x, y : float32
+        Position of the agent that senses, in units of length. y points down.
+    dx, dy : float32, or a SIMD block
+        Position of the item or other agent, relative to (x, y).
+    """
+
+    x: np.float32
+    y: np.float32
+    dx: Value
+    dy: Value
+
+
 @hook
-def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
+def blocks_sight(part: Any, model: Any, line: LineOfSight) -> Mask:
     """Return whether an agent cannot see an item or another agent.
 
     Per agent, for each item and agent within the range of a sense. The hook writes nothing.
@@ -67,18 +84,16 @@ def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value,
         Numeric settings, derived values and arrays of the part.
     model : MiniWorldModel
         Constants of the lifetime. Read only.
-    x, y : float32
-        Position of the agent, in units of length. y points down.
-    dx, dy : float32, or a SIMD block
-        Position of the item or other agent, relative to (x, y).
+    line : LineOfSight
+        The line from the agent to the item or other agent.
 
     Returns
     -------
     bool, or a mask
-        True if the view from (x, y) to (x + dx, y + dy) is blocked. The default hook returns False.
+        True if the line is blocked. The default hook returns False.
     """
     # The result is False. Its type, a bool or a mask, is that of a comparison with `dx`.
-    return dx * ZERO > ONE
+    return line.dx * ZERO > ONE
 
 
 @hook

@@ -70,17 +70,18 @@ class BitStrings(Model, name="bit-strings"):
 class OnePoint(Variation, name="one-point"):
     """One-point crossover; a mutation draws a new allele."""
 
-    settings = ("mutation_rate",)
-    derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+    reads = ("mutation_rate",)
 
     @staticmethod
-    def vary(part, fitter, second, draws, gate, child):
-        cut = 1 + int(gate * (child.shape[1] - 1))
+    def vary(part, mating):
+        child = mating.child
+        draws = mating.draws
+        cut = 1 + int(mating.gate * (child.shape[1] - 1))
         for locus in range(child.shape[1]):
             # The order of the parents is random.
             is_fitter = (locus < cut) == (draws[0, 0] < 0.5)
-            child[0, locus] = fitter[0, locus] if is_fitter else second[0, locus]
-            if draws[locus, 1] < part.rate:
+            child[0, locus] = mating.fitter[0, locus] if is_fitter else mating.second[0, locus]
+            if draws[locus, 1] < part.mutation_rate:
                 if draws[locus, 2] < 0.25:
                     child[0, locus] = 0.0
                 elif draws[locus, 2] < 0.5:
@@ -94,7 +95,7 @@ class OnePoint(Variation, name="one-point"):
         parents = [fitter[0], second[0]] if draws[0][0] < 0.5 else [second[0], fitter[0]]
         child = [*parents[0][:cut], *parents[1][cut:]]
         for locus, draw in enumerate(draws):
-            if draw[1] < part.rate:
+            if draw[1] < part.mutation_rate:
                 alleles = [0.0, 1.0, 0.5, 0.5]
                 child[locus] = alleles[int(draw[2] * 4)]
         return [child]

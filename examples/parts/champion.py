@@ -14,22 +14,24 @@ class Champion(Selection, name="champion"):
     )
 
     @staticmethod
-    def select(part, fitness, uniforms, shares, order, parents):
+    def select(part, generation):
+        fitness = generation.fitness
         best = 0
         for agent in range(fitness.size):
             if fitness[agent] > fitness[best]:
                 best = agent
-        for child in range(parents.shape[0]):
+        for child in range(generation.parents.shape[0]):
             for side in range(2):
-                random_agent = int(uniforms[child, 0, side] * fitness.size)
-                is_best = uniforms[child, 1, side] < part.share
-                parents[child, side] = best if is_best else random_agent
+                random_agent = int(generation.uniforms[child, 0, side] * fitness.size)
+                is_best = generation.uniforms[child, 1, side] < part.share
+                generation.parents[child, side] = best if is_best else random_agent
 
     @staticmethod
-    def oracle(part, fitness, uniforms):
+    def oracle(part, generation):
+        fitness = generation.fitness
         best = max(range(len(fitness)), key=lambda agent: fitness[agent])
         parents = []
-        for agents, decisions in uniforms:
+        for agents, decisions in generation.uniforms:
             parents.append(
                 [
                     best if decisions[side] < part.share else int(agents[side] * len(fitness))

@@ -17,8 +17,8 @@ class Oja(SynapticRule, name="oja"):
     """Weight changes rate * y (x - y w). Weights are limited to [-10, 10]."""
 
     @staticmethod
-    def compute_change(part, state, synapse, weight, x, y, lane):
-        return y * (x - y * weight)
+    def compute_change(part, state, synapse, lane):
+        return synapse.y * (synapse.x - synapse.y * synapse.weight)
 
     @staticmethod
     def oracle(part, agents, agent, naive):

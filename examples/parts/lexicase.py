@@ -22,36 +22,42 @@ class ByRegion(Selection, name="by-region"):
     """The agent with most food of a random region. The next region decides between equals."""
 
     @staticmethod
-    def select_with_genomes(part, stream, lifetimes, fitness, uniforms, shares, order, parents):
-        regions = lifetimes.eaten.shape[1]
-        for child in range(parents.shape[0]):
+    def select(part, generation):
+        order = generation.order
+        regions = generation.lifetimes.eaten.shape[1]
+        for child in range(generation.parents.shape[0]):
             for side in range(2):
                 first_draw = (2 * child + side) * regions
-                count = fitness.size
+                count = generation.fitness.size
                 for agent in range(count):
                     order[agent] = agent
-                region = next_region(stream, first_draw, regions, -1)
+                region = next_region(generation.stream, first_draw, regions, -1)
                 while region >= 0:
                     best = 0
                     for candidate in range(count):
-                        best = max(best, lifetimes.eaten[order[candidate], region])
+                        best = max(best, generation.lifetimes.eaten[order[candidate], region])
                     remaining = 0
                     for candidate in range(count):
-                        if lifetimes.eaten[order[candidate], region] == best:
+                        if generation.lifetimes.eaten[order[candidate], region] == best:
                             order[remaining] = order[candidate]
                             remaining += 1
                     count = remaining
-                    region = next_region(stream, first_draw, regions, region)
-                parents[child, side] = order[int(uniforms[child, 0, side] * count)]
+                    region = next_region(generation.stream, first_draw, regions, region)
+                generation.parents[child, side] = order[
+                    int(generation.uniforms[child, 0, side] * count)
+                ]
 
     @staticmethod
-    def oracle(part, stream, lifetimes, fitness, uniforms):
+    def oracle(part, generation):
         def find_parent(child, side):
-            regions = range(len(lifetimes.eaten[0]))
+            regions = range(len(generation.lifetimes.eaten[0]))
             first_draw = (2 * child + side) * len(regions)
-            order = sorted(regions, key=lambda region: draw(stream, first_draw + region))
-            keys = [[eaten[region] for region in order] for eaten in lifetimes.eaten]
+            order = sorted(regions, key=lambda region: draw(generation.stream, first_draw + region))
+            keys = [[eaten[region] for region in order] for eaten in generation.lifetimes.eaten]
             best = [agent for agent, key in enumerate(keys) if key == max(keys)]
-            return best[int(uniforms[child][0][side] * len(best))]
+            return best[int(generation.uniforms[child][0][side] * len(best))]
 
-        return [[find_parent(child, side) for side in range(2)] for child in range(len(uniforms))]
+        return [
+            [find_parent(child, side) for side in range(2)]
+            for child in range(len(generation.uniforms))
+        ]

@@ -50,15 +50,15 @@ class Obstacles(WorldFeature, name="obstacles"):
         return (x >= part.left) & (x <= part.right) & (y >= part.upper) & (y <= part.lower)
 
     @staticmethod
-    def blocks_sight(part, model, x, y, dx, dy):
+    def blocks_sight(part, model, line):
         """Return whether the line of sight crosses the wall.
 
         The line is in the wall between `first` and `last`, as fractions of its length.
         """
-        left = (part.left - x) / dx
-        right = (part.right - x) / dx
-        upper = (part.upper - y) / dy
-        lower = (part.lower - y) / dy
+        left = (part.left - line.x) / line.dx
+        right = (part.right - line.x) / line.dx
+        upper = (part.upper - line.y) / line.dy
+        lower = (part.lower - line.y) / line.dy
         first_x = choose(left < right, left, right)
         last_x = choose(left < right, right, left)
         first_y = choose(upper < lower, upper, lower)

@@ -20,17 +20,21 @@ from baldwinlab.parts import Gene, Variation, normal_quantile
 class MySelfAdaptive(Variation, name="my-self-adaptive"):
     """A copy of one parent, in which all weights mutate with the step size of the child."""
 
-    settings = ()
     genes = {"step_size": Gene(initial=0.1, low=1e-4, high=10, mutation="log-normal")}
 
     @staticmethod
-    def vary(part, fitter, second, draws, gate, child):
+    def vary(part, mating):
+        child = mating.child
         step_size = child[0, part.step_size]
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                inherited = fitter[module, weight] if gate < 0.5 else second[module, weight]
-                mutation = step_size * np.float32(normal_quantile(draws[draw, 0]))
+                inherited = (
+                    mating.fitter[module, weight]
+                    if mating.gate < 0.5
+                    else mating.second[module, weight]
+                )
+                mutation = step_size * np.float32(normal_quantile(mating.draws[draw, 0]))
                 child[module, weight] = inherited + mutation
 
     @staticmethod

@@ -9,7 +9,7 @@ reinforcement module, which is inherited and does not learn.
 Source: Le 2019, "The Self-taught neural architecture".
 """
 
-from baldwinlab.parts import LearningRule, backward, get
+from baldwinlab.parts import LearningRule, Training, backward, get
 
 
 class SelfTaughtAgain(LearningRule, name="self-taught-again"):
@@ -22,9 +22,8 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
     @staticmethod
     def learn(part, model, state, step, lane):
         rate = get(state.rate, 0, lane)
-        backward(
-            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
-        )
+        training = Training(rate, state.weights, state.activations, state.errors, state.targets)
+        backward(state.network, training, lane)
 
     @staticmethod
     def oracle(part, agents, agent, naive):

@@ -10,7 +10,7 @@ The per-agent hook `learn` then changes the weights of each agent.
 Source: R. Boyd and P. J. Richerson, Culture and the Evolutionary Process (1985).
 """
 
-from baldwinlab.parts import Field, LearningRule, backward, get
+from baldwinlab.parts import Field, LearningRule, Training, backward, get
 
 
 class Social(LearningRule, name="social"):
@@ -44,9 +44,8 @@ class Social(LearningRule, name="social"):
     @staticmethod
     def learn(part, model, state, step, lane):
         rate = get(state.rate, 0, lane)
-        backward(
-            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
-        )
+        training = Training(rate, state.weights, state.activations, state.errors, state.targets)
+        backward(state.network, training, lane)
 
     @staticmethod
     def oracle(part, agents, agent, naive):

@@ -124,7 +124,8 @@ def compute_learning_cost(
 def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
     """Draw two parents for each child. The fitter parent comes first."""
     choose_parents = find_oracle(registry.find_class("selection", scheme))
-    pairs = choose_parents(SimpleNamespace(), fitness.tolist(), uniforms.tolist())
+    generation = SimpleNamespace(fitness=fitness.tolist(), uniforms=uniforms.tolist())
+    pairs = choose_parents(SimpleNamespace(), generation)
     return _fitter_first(np.array(pairs, np.int32), fitness)
 
 

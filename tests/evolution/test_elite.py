@@ -15,7 +15,7 @@ from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, draw_gen
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.papers.presets import load
-from baldwinlab.parts import Selection
+from baldwinlab.parts import Generation, Selection
 from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
@@ -132,11 +132,10 @@ def last_agent_survives() -> Iterator[str]:
         """Let the last agent survive as the last child. The first agent has all other children."""
 
         @staticmethod
-        def select(
-            part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any
-        ) -> None:
+        def select(part: Any, generation: Generation) -> None:
+            parents = generation.parents
             parents[:] = 0
-            parents[-1, 0], parents[-1, 1] = fitness.size - 1, ITSELF
+            parents[-1, 0], parents[-1, 1] = generation.fitness.size - 1, ITSELF
 
     yield LastAgentSurvives.name
     registry.remove("selection", LastAgentSurvives.name)

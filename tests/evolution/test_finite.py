@@ -32,9 +32,9 @@ from baldwinlab.parts import LearningRule, Variation, get, put
 
 class OneModuleAlone(Variation, name="one-module-alone"):
     @staticmethod
-    def vary(part, fitter, second, draws, gate, child):
-        for weight in range(child.shape[1]):
-            child[0, weight] = fitter[0, weight]
+    def vary(part, mating):
+        for weight in range(mating.child.shape[1]):
+            mating.child[0, weight] = mating.fitter[0, weight]
 
 
 class InfiniteFounders(Variation, name="infinite-founders"):

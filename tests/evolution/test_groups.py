@@ -24,7 +24,10 @@ class Halves(Selection, name="{name}"):
     has_groups = {declared}
 
     @staticmethod
-    def select(part, fitness, uniforms, shares, order, parents):
+    def select(part, generation):
+        fitness = generation.fitness
+        uniforms = generation.uniforms
+        parents = generation.parents
         half = fitness.size // 2
         for child in range(parents.shape[0]):
             first = 0 if child < half else half
@@ -38,12 +41,12 @@ class Halves(Selection, name="{name}"):
 '''
 ELITE_OF_EACH_HALF = """
     @staticmethod
-    def mark_survivors(part, count, fitness, uniforms, parents):
+    def mark_survivors(part, generation, count):
         for survivor in range(count):
             # The halves take turns.
-            child = survivor // 2 + (survivor % 2) * (fitness.size // 2)
-            parents[child, 0] = child
-            parents[child, 1] = ITSELF
+            child = survivor // 2 + (survivor % 2) * (generation.fitness.size // 2)
+            generation.parents[child, 0] = child
+            generation.parents[child, 1] = ITSELF
 """
 
 

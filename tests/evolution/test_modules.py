@@ -13,6 +13,7 @@ from baldwinlab.experiment import registry
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import overridden_hooks
+from baldwinlab.parts.variation import Mating
 from tests.oracles.parts import find_oracle
 
 # Variations that serve one model, by the name of the model. Its genomes have one module.
@@ -41,7 +42,7 @@ def make_child(
     """Return a child, computed in plain Python."""
     child = np.full_like(fitter, np.nan)
     with np.errstate(all="ignore"):
-        type(part).part.vary(part, fitter, second_parent, draws, gate, child)
+        type(part).part.vary(part, Mating(fitter, second_parent, draws, gate, child))
     return child
 
 

@@ -25,7 +25,7 @@ from baldwinlab.evolution.species_breeding import (
 )
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import registry
-from baldwinlab.parts import compiled, per_run
+from baldwinlab.parts import Mating, compiled, per_run
 from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes
 
 KEY = GenerationKey(seed=3, run=2, generation=0)
@@ -197,9 +197,9 @@ def counted_crossover() -> Iterator[str]:
         arrays: ClassVar[Mapping[str, Any]] = {"n_children": per_run(dtype="int32")}
 
         @staticmethod
-        def vary(part: Any, fitter: Any, second: Any, draws: Any, gate: float, child: Any) -> None:
+        def vary(part: Any, mating: Mating) -> None:
             part.n_children[0] += 1
-            vary_by_crossover(part, fitter, second, draws, gate, child)
+            vary_by_crossover(part, mating)
 
     yield CountedCrossover.name
     registry.remove("variation", CountedCrossover.name)

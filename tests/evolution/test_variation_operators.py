@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -20,6 +21,7 @@ from baldwinlab.evolution.variation_operators import OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.variation import Mating
 from baldwinlab.simulation.simulate import simulate
 from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
@@ -202,11 +204,11 @@ def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -
     cuts = []
     starts_with_fitter = []
     fitter = np.ones((2, 5), np.float32)
-    part = SimpleNamespace(one_gate=False, rate=0.0, size=1.0)
+    part = SimpleNamespace(mutation_gate=False, mutation_rate=0.0, mutation_size=1.0)
     for seed in range(900):
         draws = np.random.default_rng(seed).random((10, 4))
         child = np.empty_like(fitter)
-        OnePointCrossover.vary(part, fitter, -fitter, draws, 1.0, child)
+        OnePointCrossover.vary(part, Mating(fitter, -fitter, draws, 1.0, child))
         changes = np.flatnonzero(np.diff(child.ravel()))
         assert changes.size == 1, "the child has one piece of each parent, across the modules"
         cuts.append(int(changes[0]))
@@ -308,7 +310,8 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
         fitness = np.round(random.uniform(-3 if name == "best-copies" else 0, 3, agents))
         uniforms = random.random((agents, 2, 4))
         parents = select(experiment, fitness, uniforms)
-        expected = find_oracle(part)(values, fitness.tolist(), uniforms.tolist())
+        generation = SimpleNamespace(fitness=fitness.tolist(), uniforms=uniforms.tolist())
+        expected = find_oracle(part)(values, generation)
         assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
 
 
@@ -342,20 +345,32 @@ def test_a_variation_declares_the_settings_that_its_hooks_read(name: str) -> Non
     # Other models can have genomes that these variations refuse.
     models = {"one-point-of-units": "cue-learners", "neat": "neat-xor"}
     experiment = load(models.get(name, "evo/A")).replace(evolution={"variation": name})
-    declared = registry.find_class("variation", name).settings
+    declared = registry.find_class("variation", name).reads
     assert sorted(declared) == list_read_settings(experiment)
 
 
 def test_a_custom_variation_that_reads_undeclared_settings_fails_its_check() -> None:
     class Undeclared(Crossover, name="test-undeclared"):
-        settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+        reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+        derived: ClassVar[Mapping[str, Any]] = {
+            "size": lambda part, experiment: experiment.evolution.mutation_size
+        }
 
     try:
         findings = bl.check_part(Undeclared, requirements=["fields"])
     finally:
         registry.remove("variation", Undeclared.name)
     (failure,) = [str(finding) for finding in findings if finding.holds is False]
-    assert "'mutation_gate', 'mutation_rate', 'mutation_size'" in failure
+    assert failure.endswith("read: ['mutation_rate', 'mutation_size']")
+
+
+def test_a_variation_that_declares_an_unknown_setting_is_refused() -> None:
+    with pytest.raises(
+        TypeError, match=r"Misspelled\.reads: mutation_rat must be some of mutation"
+    ):
+
+        class Misspelled(Crossover, name="test-misspelled"):
+            reads: ClassVar[tuple[str, ...]] = ("mutation_rat",)
 
 
 def test_a_mutation_rate_is_refused_with_a_variation_that_does_not_read_it() -> None:

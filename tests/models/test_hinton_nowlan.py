@@ -20,6 +20,7 @@ from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
+from baldwinlab.parts.variation import Mating
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.models import evaluate_hinton_nowlan
 from tests.oracles.variation import breed_one_point_of_alleles
@@ -230,10 +231,10 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
 
 def test_the_founders_law_agrees_with_the_oracle() -> None:
     draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
-    part = SimpleNamespace(rate=1.0, three_zero_shares=3 * 0.25)
+    part = SimpleNamespace(mutation_rate=1.0, three_zero_shares=3 * 0.25)
     child = np.empty((1, LOCI), np.float32)
     all_1 = np.ones((1, LOCI), np.float32)
-    OnePointOfAlleles.vary(part, all_1, all_1, np.array(draws), 0.5, child)
+    OnePointOfAlleles.vary(part, Mating(all_1, all_1, np.array(draws), 0.5, child))
     assert child.tolist() == breed_one_point_of_alleles(
         part, all_1.tolist(), all_1.tolist(), draws, 0.5
     )

@@ -332,9 +332,9 @@ def _write_genome(head: list[float], genes: Genes, max_links: int) -> list[float
     return [*head, *entries, *[0.0] * n_unused_entries]
 
 
-def choose_parents(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_parents(part: Any, generation: Any) -> Any:
     """Return the parents of all children: the oracle of the selection."""
-    return parents(part, lifetimes.genome, fitness, uniforms)
+    return parents(part, generation.lifetimes.genome, generation.fitness, generation.uniforms)
 
 
 def breed_children(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:

@@ -12,10 +12,10 @@ from baldwinlab.engine.rng import draw
 from baldwinlab.parts.breeding import ITSELF
 
 
-def choose_fitness_sharing(
-    part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any
-) -> Any:
-    genomes = [[gene for module in genome for gene in module] for genome in lifetimes.genome]
+def choose_fitness_sharing(part: Any, generation: Any) -> Any:
+    genomes = [
+        [gene for module in genome for gene in module] for genome in generation.lifetimes.genome
+    ]
 
     def share(first: Any, second: Any) -> float:
         squares = [(a - b) ** 2 for a, b in zip(first, second, strict=True)]
@@ -26,65 +26,76 @@ def choose_fitness_sharing(
     for agent, genome in enumerate(genomes):
         neighbors = genomes[:agent] + genomes[agent + 1 :]
         niche_count = 1 + sum(share(genome, neighbor) for neighbor in neighbors)
-        shares.append(fitness[agent] / niche_count)
-    return _spin(shares, uniforms)
+        shares.append(generation.fitness[agent] / niche_count)
+    return _spin(shares, generation.uniforms)
 
 
-def choose_lexicase(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
-    agents = range(len(fitness))
-    regions = [list(case) for case in zip(*lifetimes.eaten, strict=True)]
+def choose_lexicase(part: Any, generation: Any) -> Any:
+    agents = range(len(generation.fitness))
+    regions = [list(case) for case in zip(*generation.lifetimes.eaten, strict=True)]
 
     def score(value: float) -> float:
         return -math.inf if math.isnan(value) else value
 
-    records = [[score(value) for value in record] for record in lifetimes.records]
+    records = [[score(value) for value in record] for record in generation.lifetimes.records]
     cases = regions + records
 
     def choose(number: int) -> int:
         first_draw = number * (len(cases) + 1)
-        keys = [draw(stream, first_draw + case) for case in range(len(cases))]
+        keys = [draw(generation.stream, first_draw + case) for case in range(len(cases))]
         candidates = list(agents)
         for case in sorted(range(len(cases)), key=lambda case: keys[case]):
             best = max(cases[case][agent] for agent in candidates)
             candidates = [agent for agent in candidates if cases[case][agent] == best]
-        return candidates[int(draw(stream, first_draw + len(cases)) * len(candidates))]
+        return candidates[int(draw(generation.stream, first_draw + len(cases)) * len(candidates))]
 
-    return [[choose(2 * child), choose(2 * child + 1)] for child in range(len(uniforms))]
-
-
-def choose_neutral(part: Any, fitness: Any, uniforms: Any) -> Any:
-    return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
+    return [[choose(2 * child), choose(2 * child + 1)] for child in range(len(generation.uniforms))]
 
 
-def choose_tournament(part: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_neutral(part: Any, generation: Any) -> Any:
+    return [
+        [int(draw * len(generation.fitness)) for draw in draws[0][:2]]
+        for draws in generation.uniforms
+    ]
+
+
+def choose_tournament(part: Any, generation: Any) -> Any:
     def find_winner(draws: Any) -> int:
-        agents = [int(draw * len(fitness)) for draw in draws]
-        return max(agents, key=lambda agent: fitness[agent])
+        agents = [int(draw * len(generation.fitness)) for draw in draws]
+        return max(agents, key=lambda agent: generation.fitness[agent])
 
     # The first two numbers select the first parent, the next two the second parent.
-    return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in uniforms]
+    return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in generation.uniforms]
 
 
-def choose_larger_tournament(part: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_larger_tournament(part: Any, generation: Any) -> Any:
     def find_winner(draws: Any) -> int:
-        agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
-        return max(agents, key=lambda agent: fitness[agent])
+        agents = [int(draw * len(generation.fitness)) for draw in draws[: part.size]]
+        return max(agents, key=lambda agent: generation.fitness[agent])
 
-    return [[find_winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
+    return [
+        [find_winner(draws) for draws in child_draws[:2]] for child_draws in generation.uniforms
+    ]
 
 
-def choose_truncation(part: Any, fitness: Any, uniforms: Any) -> Any:
-    order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+def choose_truncation(part: Any, generation: Any) -> Any:
+    order = sorted(
+        range(len(generation.fitness)),
+        key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][0]),
+    )
     best = order[: max(1, len(order) // 2)]
-    return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
+    return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in generation.uniforms]
 
 
-def choose_best_copies(part: Any, fitness: Any, uniforms: Any) -> Any:
-    order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+def choose_best_copies(part: Any, generation: Any) -> Any:
+    fitness = generation.fitness
+    order = sorted(
+        range(len(fitness)), key=lambda agent: (-fitness[agent], generation.uniforms[agent][1][0])
+    )
     n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
     best = order[:n_best]
     pairs = []
-    for child, (draws, _) in enumerate(uniforms):
+    for child, (draws, _) in enumerate(generation.uniforms):
         first_parent = second_parent = best[child % len(best)]
         if draws[0] < part.two_parent_share:
             second_parent = best[int(draws[1] * len(best))]
@@ -92,32 +103,38 @@ def choose_best_copies(part: Any, fitness: Any, uniforms: Any) -> Any:
     return pairs
 
 
-def choose_mu_plus_lambda(part: Any, fitness: Any, uniforms: Any) -> Any:
-    n_agents = len(fitness)
-    order = sorted(range(n_agents), key=lambda agent: (-fitness[agent], uniforms[agent][1][3]))
+def choose_mu_plus_lambda(part: Any, generation: Any) -> Any:
+    n_agents = len(generation.fitness)
+    order = sorted(
+        range(n_agents),
+        key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][3]),
+    )
     mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
     survivors = order[:mu]
     pairs = [[survivor, ITSELF] for survivor in survivors]
-    for draws in uniforms[mu:]:
+    for draws in generation.uniforms[mu:]:
         pairs.append([survivors[int(draw * mu)] for draw in draws[0][:2]])
     return pairs
 
 
-def choose_rank(part: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_rank(part: Any, generation: Any) -> Any:
+    fitness = generation.fitness
+
     def rank(value: float) -> float:
         n_lower = sum(1.0 for compared in fitness if compared < value)
         n_equal = sum(1.0 for compared in fitness if compared == value)
         return 0.5 + n_lower + 0.5 * n_equal
 
-    return _spin([rank(value) for value in fitness], uniforms)
+    return _spin([rank(value) for value in fitness], generation.uniforms)
 
 
-def choose_roulette(part: Any, fitness: Any, uniforms: Any) -> Any:
-    return _spin(fitness, uniforms)
+def choose_roulette(part: Any, generation: Any) -> Any:
+    return _spin(generation.fitness, generation.uniforms)
 
 
-def choose_expected_offspring(part: Any, fitness: Any, uniforms: Any) -> Any:
-    sums = _sum_shares(fitness)
+def choose_expected_offspring(part: Any, generation: Any) -> Any:
+    uniforms = generation.uniforms
+    sums = _sum_shares(generation.fitness)
     n_parents = 2 * len(uniforms)
     pointers = [(index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)]
     selected_agents = [bisect_right(sums, pointer) for pointer in pointers]
@@ -129,14 +146,16 @@ def choose_expected_offspring(part: Any, fitness: Any, uniforms: Any) -> Any:
     return [selected_agents[index : index + 2] for index in range(0, n_parents, 2)]
 
 
-def choose_outcrossing(part: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_outcrossing(part: Any, generation: Any) -> Any:
+    fitness = generation.fitness
+
     def draw_agent(shares: Any, draw: float) -> int:
         sums = list(accumulate(shares))
         return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
 
     shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
     pairs = []
-    for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
+    for first_draw, second_draw, *_ in (draws[0] for draws in generation.uniforms):
         first = draw_agent(shares, first_draw)
         second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
         if not any(second_shares):
@@ -148,7 +167,8 @@ def choose_outcrossing(part: Any, fitness: Any, uniforms: Any) -> Any:
     return pairs
 
 
-def choose_mutant_fixation(part: Any, fitness: Any, uniforms: Any) -> Any:
+def choose_mutant_fixation(part: Any, generation: Any) -> Any:
+    fitness = generation.fitness
     parents = []
     for resident in range(0, len(fitness) - 1, 2):
         powers = [
@@ -156,7 +176,7 @@ def choose_mutant_fixation(part: Any, fitness: Any, uniforms: Any) -> Any:
             for power in range(part.members)
         ]
         probability = 1 / sum(powers) if fitness[resident + 1] else 0
-        winner = resident + int(uniforms[resident][0][0] < probability)
+        winner = resident + int(generation.uniforms[resident][0][0] < probability)
         parents += [[winner, ITSELF], [winner, winner]]
     return [*parents, [len(fitness) - 1, ITSELF]] if len(fitness) % 2 else parents
 

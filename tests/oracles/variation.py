@@ -16,7 +16,7 @@ def breed_infinitesimal(part: Any, fitter: Any, second: Any, draws: Any, gate: f
     return [
         [
             (first_weight + second_weight) / 2
-            + part.size * NormalDist().inv_cdf(next(remaining_draws)[2])
+            + part.mutation_size * NormalDist().inv_cdf(next(remaining_draws)[2])
             for first_weight, second_weight in zip(first_module, second_module, strict=True)
         ]
         for first_module, second_module in zip(fitter, second, strict=True)
@@ -47,18 +47,18 @@ def breed_crossover(part: Any, fitter: Any, second: Any, draws: Any, gate: float
         for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
             coin, weight_gate, size_draw, _ = next(remaining_draws)
             inherited = fitter_weight if coin < 0.5 else second_weight
-            is_mutated = (gate if part.one_gate else weight_gate) < part.rate
-            mutation = part.size * (2 * size_draw - 1) if is_mutated else 0.0
+            is_mutated = (gate if part.mutation_gate else weight_gate) < part.mutation_rate
+            mutation = part.mutation_size * (2 * size_draw - 1) if is_mutated else 0.0
             child[-1].append(inherited + mutation)
     return child
 
 
 def breed_gaussian(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
     def draw_mutation(draw: Any) -> float:
-        is_mutated = (gate if part.one_gate else draw[1]) < part.rate
+        is_mutated = (gate if part.mutation_gate else draw[1]) < part.mutation_rate
         # A normal distribution with the standard deviation 0 has no quantiles.
-        has_effect = is_mutated and part.size > 0
-        return NormalDist(0, part.size).inv_cdf(draw[2]) if has_effect else 0.0
+        has_effect = is_mutated and part.mutation_size > 0
+        return NormalDist(0, part.mutation_size).inv_cdf(draw[2]) if has_effect else 0.0
 
     remaining_draws = iter(draws)
     child: list[list[float]] = [[] for _ in fitter]
@@ -106,7 +106,7 @@ def breed_few_mutations(part: Any, fitter: Any, second: Any, draws: Any, gate: f
     n_weights = len(child) * module_size
     for _, position_draw, change_draw, _ in draws[: part.mutations]:
         module, weight = divmod(int(position_draw * n_weights), module_size)
-        child[module][weight] += (2 * change_draw - 1) * part.size
+        child[module][weight] += (2 * change_draw - 1) * part.mutation_size
     return child
 
 
@@ -115,7 +115,7 @@ def breed_one_point_of_units(part: Any, fitter: Any, second: Any, draws: Any, ga
     n_kind_genes = part.units
     n_strength_genes = part.units**2
     for gene, draw in enumerate(draws):
-        if draw[1] < part.rate:
+        if draw[1] < part.mutation_rate:
             if gene < n_kind_genes:
                 child[gene] = int(6 * draw[2])
             elif gene < n_kind_genes + n_strength_genes:
@@ -139,7 +139,9 @@ def breed_four_bit_weights(part: Any, fitter: Any, second: Any, draws: Any, gate
     last_parent = parents[1 - combination % 2]
     child = [*first_parent[:cut], *last_parent[cut:]]
     for weight, draw in enumerate(draws):
-        flipped_bits = sum(2**bit for bit in range(BITS_PER_WEIGHT) if draw[bit] < part.rate)
+        flipped_bits = sum(
+            2**bit for bit in range(BITS_PER_WEIGHT) if draw[bit] < part.mutation_rate
+        )
         if flipped_bits:
             rounded = (child[weight] + 2) * 15 / 4 + 0.5
             level = int(min(max(rounded, 0), 15)) ^ flipped_bits
@@ -156,7 +158,7 @@ def breed_one_point_of_alleles(part: Any, fitter: Any, second: Any, draws: Any, 
 
     inherited = _cross_at_point(_flatten(fitter), _flatten(second), gate, draws[0][0])
     child = [
-        mutate(draw[2]) if draw[1] < part.rate else allele
+        mutate(draw[2]) if draw[1] < part.mutation_rate else allele
         for allele, draw in zip(inherited, draws, strict=True)
     ]
     return _split_modules(child, len(fitter[0]))
@@ -173,7 +175,8 @@ def breed_lattice_steps(part: Any, fitter: Any, second: Any, draws: Any, gate: f
 def breed_one_point_of_bits(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
     inherited = _cross_at_point(_flatten(fitter), _flatten(second), gate, draws[0][0])
     child = [
-        1 - bit if draw[1] < part.rate else bit for bit, draw in zip(inherited, draws, strict=True)
+        1 - bit if draw[1] < part.mutation_rate else bit
+        for bit, draw in zip(inherited, draws, strict=True)
     ]
     return _split_modules(child, len(fitter[0]))
 
@@ -182,7 +185,7 @@ def breed_bit_flips(part: Any, fitter: Any, second: Any, draws: Any, gate: float
     parent = fitter if gate < 0.5 else second
     remaining_draws = iter(draws)
     return [
-        [1 - bit if next(remaining_draws)[1] < part.rate else bit for bit in module]
+        [1 - bit if next(remaining_draws)[1] < part.mutation_rate else bit for bit in module]
         for module in parent
     ]
 
@@ -200,8 +203,8 @@ def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length:
     """Mutate a list of weights uniformly and split it into modules."""
     child = []
     for weight, draw in zip(weights, draws, strict=True):
-        is_mutated = (gate if part.one_gate else draw[1]) < part.rate
-        mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
+        is_mutated = (gate if part.mutation_gate else draw[1]) < part.mutation_rate
+        mutation = part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0
         child.append(weight + mutation)
     return _split_modules(child, length)
 
@@ -222,6 +225,6 @@ def _draw_from_pool(
     """Return a weight of a child: inherited from a random parent and mutated."""
     parent = pool[int(draw[0] * len(pool))]
     inherited = genome[parent][module][weight]
-    is_mutated = draw[1] < part.rate
-    mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
+    is_mutated = draw[1] < part.mutation_rate
+    mutation = part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0
     return float(inherited + mutation)

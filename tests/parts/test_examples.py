@@ -27,6 +27,7 @@ from baldwinlab.parts import (
     sources_of,
 )
 from baldwinlab.parts.lifetimes import make_lifetimes
+from baldwinlab.parts.synapses import Synapse
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import draw_founders, simulate_steps
@@ -73,7 +74,8 @@ def test_the_rule_of_oja_normalizes_the_weights_of_a_unit(in_plain_python: None)
     rule = registry.find_class("learning rule", "oja")
     weight = np.float32(0.1)
     for _ in range(2000):
-        weight += np.float32(0.1) * rule.compute_change(None, None, 0, weight, 0.4, 0.8, 0)
+        synapse = Synapse(0, weight, x=0.4, y=0.8, rate=np.float32(0.1))
+        weight += synapse.rate * rule.compute_change(None, None, synapse, 0)
     assert weight == pytest.approx(0.4 / 0.8, abs=1e-4)
 
 

@@ -23,8 +23,12 @@ from baldwinlab.parts import (
     ENERGY_ARRAYS,
     ENERGY_VALUES,
     LIFE,
+    LineOfSight,
+    Network,
     PartError,
+    Synapse,
     SynapticRule,
+    Training,
     draw_unit,
     get,
     is_on_map,
@@ -59,10 +63,8 @@ class Oja(SynapticRule, name="test-oja"):
     """Oja's rule."""
 
     @staticmethod
-    def compute_change(
-        part: Any, state: Any, synapse: int, weight: Any, x: Any, y: Any, lane: Any
-    ) -> Any:
-        return y * (x - y * weight)
+    def compute_change(part: Any, state: Any, synapse: Synapse, lane: Any) -> Any:
+        return synapse.y * (synapse.x - synapse.y * synapse.weight)
 
 
 class Rewarded(SynapticRule, name="test-rewarded"):
@@ -74,10 +76,8 @@ class Rewarded(SynapticRule, name="test-rewarded"):
     observe_others = staticmethod(update_energy)
 
     @staticmethod
-    def compute_change(
-        part: Any, state: Any, synapse: int, weight: Any, x: Any, y: Any, lane: Any
-    ) -> Any:
-        return get(part.energy_gained, 0, lane) + np.float32(0) * weight
+    def compute_change(part: Any, state: Any, synapse: Synapse, lane: Any) -> Any:
+        return get(part.energy_gained, 0, lane) + np.float32(0) * synapse.weight
 
 
 class ItemCount(ItemSense, name="test-item-count"):
@@ -88,19 +88,17 @@ class ItemCount(ItemSense, name="test-item-count"):
     arrays = {"count": per_agent(1)}  # noqa: RUF012
 
     @staticmethod
-    def record_item(
-        part: Any, model: Any, state: Any, lane: int, x: Any, y: Any, dx: Any, dy: Any
-    ) -> None:
-        if is_within_sight(model, state, x, y, dx, dy):
+    def record_item(part: Any, model: Any, state: Any, line: LineOfSight, lane: int) -> None:
+        if is_within_sight(model, state, line):
             part.count[0, lane] += np.float32(1)
 
     @staticmethod
-    def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
         lane = world * model.agents + agent
         put(part.count, 0, lane, np.float32(0))
         record_items(part, model, state, world, agent)
         count = get(part.count, 0, lane)
-        put(state.activations, first, lane, count / (np.float32(1) + count))
+        put(state.activations, part.first_input, lane, count / (np.float32(1) + count))
 
 
 class AgentCount(AgentSense, name="test-agent-count"):
@@ -112,18 +110,16 @@ class AgentCount(AgentSense, name="test-agent-count"):
     arrays = {**AgentSense.arrays, "count": per_agent(1)}  # noqa: RUF012
 
     @staticmethod
-    def record_agent(
-        part: Any, model: Any, state: Any, lane: int, x: Any, y: Any, dx: Any, dy: Any
-    ) -> None:
+    def record_agent(part: Any, model: Any, state: Any, line: LineOfSight, lane: int) -> None:
         part.count[0, lane] += np.float32(1)
 
     @staticmethod
-    def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
         lane = world * model.agents + agent
         put(part.count, 0, lane, np.float32(0))
         record_agents(part, model, state, world, agent)
         count = get(part.count, 0, lane)
-        put(state.activations, first, lane, count / (np.float32(1) + count))
+        put(state.activations, part.first_input, lane, count / (np.float32(1) + count))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -340,7 +336,14 @@ def test_a_synaptic_rule_that_reads_another_agent_is_refused() -> None:
 
         class Wrong(SynapticRule, name="test-wrong"):
             @staticmethod
-            def compute_change(
-                part: Any, state: Any, synapse: int, weight: Any, x: Any, y: Any, lane: Any
-            ) -> Any:
-                return get(state.weights, synapse, lane + 1)
+            def compute_change(part: Any, state: Any, synapse: Synapse, lane: Any) -> Any:
+                return get(state.weights, synapse.number, lane + 1)
+
+
+def test_a_network_that_trains_another_agent_is_refused() -> None:
+    with pytest.raises(PartError, match="backward reads or writes other agents"):
+
+        class Wrong(Network, name="test-wrong-network"):
+            @staticmethod
+            def backward(part: Any, training: Training, lane: Any) -> None:
+                put(training.weights, 0, lane + 1, training.rate)

@@ -68,12 +68,14 @@ class Draws(Selection, name="draws"):
     arrays = {"generations": per_run(dtype="int32")}
 
     @staticmethod
-    def select_with_genomes(part, stream, lifetimes, fitness, uniforms, shares, order, parents):
+    def select(part, generation):
+        parents = generation.parents
         part.generations[0] += 1
         for child in range(parents.shape[0]):
             for parent in range(2):
                 number = 2 * child + parent
-                parents[child, parent] = int(draw(stream, number) * fitness.size)
+                luck = draw(generation.stream, number)
+                parents[child, parent] = int(luck * generation.fitness.size)
             if part.generations[0] % 2 == 0:
                 parents[child, 0] = child
 

@@ -12,7 +12,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from functools import wraps
+from functools import reduce, wraps
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -27,10 +27,9 @@ from baldwinlab.parts.senses import count_inputs
 AXIS_NOUNS: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
 """Singular and plural of the entries along each axis, by number of dimensions."""
 OUTPUT_ARRAYS: Final = {
-    "vary": "child",
-    "vary_population": "children",
-    "select": "parents",
-    "select_with_genomes": "parents",
+    "vary": "mating.child",
+    "vary_population": "reproduction.children",
+    "select": "generation.parents",
     "evaluate": "fitness",
 }
 """The array that a hook fills. `_list_outputs` has the hooks `measure` and `inherit`."""
@@ -67,9 +66,8 @@ class Watch:
     def __init__(self, parts: Iterable[type[Part]]) -> None:
         self.unwritten_read = ""
         self._calls: list[_Call] = []
-        # By address and name of a tuple: the tuple, and its copy with named arrays. The reference
-        # to the tuple prevents that Python uses its address for another object.
-        self._named: dict[tuple[int, str], tuple[Any, Any]] = {}
+        # By type and name of a tuple: the last tuple, and its copy with named arrays.
+        self._named: dict[tuple[type, str], tuple[Any, Any]] = {}
         for part in parts:
             for hook in overridden_hooks(part):
                 setattr(part, hook, staticmethod(self._watch_hook(part, hook)))
@@ -115,8 +113,8 @@ class Watch:
             return named
         if not isinstance(value, tuple):
             return value
-        key = id(value), name
-        if key not in self._named:
+        key = type(value), name
+        if key not in self._named or self._named[key][0] is not value:
             self._named[key] = value, self._add_field_names(value, name)
         return self._named[key][1]
 
@@ -207,7 +205,8 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
     """Return the arrays that a hook must fill, by name."""
     if hook == "measure":
         lane = values["world"] * values["model"].agents + values["agent"]
-        rows = slice(values["first"], values["first"] + count_inputs(values["part"]))
+        first = values["part"].first_input
+        rows = slice(first, first + count_inputs(values["part"]))
         return {"state.activations": np.asarray(values["state"].activations)[rows, lane]}
     if hook == "inherit":
         # A genome can have further genes after those of the action module.
@@ -215,12 +214,14 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
         return {"inherited_genome[0]": inherited_genome[0, : values["learned"].size]}
     if hook not in OUTPUT_ARRAYS:
         return {}
+    argument, *fields = OUTPUT_ARRAYS[hook].split(".")
+    output = reduce(getattr, fields, values[argument])
     if hook in VARIATION_HOOKS and part.genes:
         # A variation with genes reads those of the child, the last entries of the first module.
-        children = np.asarray(values[OUTPUT_ARRAYS[hook]])
+        children = np.asarray(output)
         first_gene = values["part"].first_gene
         return {"first module": children[..., 0, :first_gene], "modules": children[..., 1:, :]}
-    return {OUTPUT_ARRAYS[hook]: np.asarray(values[OUTPUT_ARRAYS[hook]])}
+    return {OUTPUT_ARRAYS[hook]: np.asarray(output)}
 
 
 def _unwritten_value(array: npt.NDArray[Any]) -> float:

@@ -28,6 +28,7 @@ from baldwinlab.evolution.stop import call_stop
 from baldwinlab.parts.breeding import ITSELF, breeding_part
 from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.part import overridden_hooks
+from baldwinlab.parts.selection import Generation, reads_lifetimes
 
 ROUNDS: Final = 200
 """Number of random arguments for parts that use single parents or children."""
@@ -48,7 +49,7 @@ class Round(NamedTuple):
     lists: dict[str, Any]
 
 
-class Generation(NamedTuple):
+class Population(NamedTuple):
     """A population before reproduction."""
 
     experiment: Any
@@ -92,7 +93,7 @@ def _as_lists(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
+def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Population]:
     """Yield populations that reproduce with random fitness."""
     experiment = group.experiment.replace(population={"size": POPULATION_SIZE})
     random = np.random.default_rng(group.seed)
@@ -101,31 +102,8 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
     for generation in range(1, GENERATIONS + 1):
         fitness = np.round(random.uniform(0, 4, POPULATION_SIZE), 1)
         key = GenerationKey(group.seed, 0, generation)
-        yield Generation(experiment, values, genome, fitness, key)
+        yield Population(experiment, values, genome, fitness, key)
         genome, _ = breed(experiment, genome, fitness, key)
-
-
-def compare_pairs(group: PartGroup, part: Any) -> None:
-    """Compare a selection that reads lifetimes with its oracle.
-
-    `oracle(part, stream, lifetimes, fitness, uniforms)` returns two parents for each child. The
-    second parent is `ITSELF` if the first one survives.
-    """
-    random = np.random.default_rng(group.seed)
-    for experiment, values, genome, fitness, key in _simulate_generations(group, part):
-        uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
-        lifetimes = draw_lifetimes(random, experiment, genome)
-        parents = select(experiment, fitness, uniforms, lifetimes, key).tolist()
-        stream = Stream(*key, purpose=rng.SELECTION_STREAM)
-        pairs = part.oracle(
-            values, stream, _as_lists(lifetimes), fitness.tolist(), uniforms.tolist()
-        )
-        expected = _sort_by_fitness(pairs, fitness)
-        if parents != expected:
-            raise FailsError(
-                f"in generation {key.generation}, parents are {parents}, "
-                f"and by the oracle {expected}"
-            )
 
 
 def compare_children(group: PartGroup, part: Any) -> None:
@@ -154,20 +132,43 @@ def _sort_by_fitness(pairs: Any, fitness: Any) -> Any:
 def compare_selection(group: PartGroup, part: Any) -> None:
     """Compare a selection with its oracle.
 
-    `oracle(part, fitness, uniforms)` returns two parents for each child, in any order.
+    `oracle(part, generation)` gets lists instead of arrays, and returns two parents for each child.
+    The second parent is `ITSELF` if the first one survives.
     """
-    names = ("stream", "lifetimes", "fitness", "uniforms", "shares", "order", "parents")
     _, code = breeding_part(group.experiment, "selection")
-    for round_number, values, arrays, lists in _draw_rounds(group, part):
-        cached_jit(select_parents, code)(values, 0, *(arrays[name] for name in names))
-        parents = arrays["parents"].tolist()
-        fitness = lists["fitness"]
-        expected = _sort_by_fitness(part.oracle(values, fitness, lists["uniforms"]), fitness)
+    draw = _draw_populations if reads_lifetimes(part) else _draw_generations
+    for label, values, generation in draw(group, part):
+        cached_jit(select_parents, code)(values, 0, generation)
+        parents = generation.parents.tolist()
+        fitness = generation.fitness.tolist()
+        expected = _sort_by_fitness(part.oracle(values, _as_lists(generation)), fitness)
         if parents != expected:
             raise FailsError(
-                f"in round {round_number}, with the fitness {fitness}, parents are {parents}, "
+                f"in {label}, with the fitness {fitness}, parents are {parents}, "
                 f"and by the oracle {expected}"
             )
+
+
+def _draw_generations(group: PartGroup, part: Any) -> Iterator[tuple[str, Any, Generation]]:
+    """Yield a label, the argument `part`, and a small generation with many equal agents."""
+    for number, values, arrays, _ in _draw_rounds(group, part):
+        yield f"round {number}", values, arrays["generation"]
+
+
+def _draw_populations(group: PartGroup, part: Any) -> Iterator[tuple[str, Any, Generation]]:
+    """Yield a label, the argument `part`, and a generation with genomes of the experiment."""
+    random = np.random.default_rng(group.seed)
+    for experiment, values, genome, fitness, key in _simulate_generations(group, part):
+        generation = Generation(
+            stream=Stream(*key, purpose=rng.SELECTION_STREAM),
+            lifetimes=draw_lifetimes(random, experiment, genome),
+            fitness=fitness,
+            uniforms=key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2)),
+            shares=np.zeros(POPULATION_SIZE),
+            order=np.zeros(POPULATION_SIZE, np.int64),
+            parents=np.full((POPULATION_SIZE, 2), -1, np.int32),
+        )
+        yield f"generation {key.generation}", values, generation
 
 
 def compare_variation(group: PartGroup, part: Any) -> None:
@@ -176,13 +177,13 @@ def compare_variation(group: PartGroup, part: Any) -> None:
     `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight]. The oracle of
     a variation with genes has the further argument `genes`: the genes of the child by name.
     """
-    names = ("fitter", "second", "draws", "gate")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
-        genes = {name: float(arrays["child"][0, getattr(values, name)]) for name in part.genes}
-        part.vary(values, *(arrays[name] for name in names), arrays["child"])
+        child = arrays["mating"].child
+        genes = {name: float(child[0, getattr(values, name)]) for name in part.genes}
+        part.vary(values, arrays["mating"])
         further_arguments = (genes,) if part.genes else ()
-        expected = part.oracle(values, *(lists[name] for name in names), *further_arguments)
-        _require_close(arrays["child"], expected, f"in round {round_number}, a child")
+        expected = part.oracle(values, *lists["mating"][:-1], *further_arguments)
+        _require_close(child, expected, f"in round {round_number}, a child")
 
 
 def compare_inheritance(group: PartGroup, part: Any) -> None:
@@ -262,7 +263,6 @@ def compare_breeding(group: PartGroup, part: Any) -> None:
 
 BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "selection": compare_selection,
-    "select_with_genomes": compare_pairs,
     "variation": compare_variation,
     "variation with genes": compare_variation,
     "vary_population": compare_children,

@@ -57,11 +57,11 @@ def _describe_variation(experiment: Any, setting: str, value: Any) -> str:
 
 def _require_declared_settings(experiment: Any, part: Any) -> None:
     """Raise FailsError if a variation declares other settings of mutation than it reads."""
-    declared = sorted(part.settings)
+    declared = sorted(part.reads)
     read_settings = list_read_settings(experiment)
     if declared != read_settings:
         raise FailsError(
-            f"{part.__name__}.settings = {declared} must be the settings of mutation that its "
+            f"{part.__name__}.reads = {declared} must be the settings of mutation that its "
             f"derived values read: {read_settings}"
         )
 

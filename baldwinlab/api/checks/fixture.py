@@ -18,10 +18,13 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import make_state
+from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import make_lifetimes, record_types
 from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import BREEDING_KINDS, Part
+from baldwinlab.parts.selection import Generation
+from baldwinlab.parts.variation import Mating, Reproduction
 
 CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {
     "model": "model"
@@ -143,8 +146,7 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
     if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
-    parts = (state.network, state.rule, state.body, *state.senses, *state.features)
-    return next(values for values in (*parts, *state.recorders) if type(values).part is part)
+    return next(values for _, values in list_parts(state) if type(values).part is part)
 
 
 def breeding_arguments(
@@ -157,24 +159,29 @@ def breeding_arguments(
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     fitter, second, child, innate = genome
     genomes = random.normal(size=(agents, modules, weights)).astype(np.float32)
+    fitness = np.round(random.uniform(0, 4, agents))
+    uniforms = random.random((agents, 2, 4))
+    draws = random.random((modules * weights, 4))
+    lifetimes = draw_lifetimes(random, experiment, genomes)
+    parents = np.full((agents, 2), -1, np.int32)
     return {
-        "fitness": np.round(random.uniform(0, 4, agents)),
-        "uniforms": random.random((agents, 2, 4)),
-        "shares": np.zeros(agents),
-        "order": np.zeros(agents, np.int64),
-        "parents": np.full((agents, 2), -1, np.int32),
-        "fitter": fitter,
-        "second": second,
-        "child": child,
-        "draws": random.random((modules * weights, 4)),
+        "fitness": fitness,
         "genome": genome,
-        "stream": Stream(0, 0, 1, SELECTION_STREAM),
-        "lifetimes": draw_lifetimes(random, experiment, genomes),
-        "children": genome.copy(),
-        "key": GenerationKey(0, 0, 1),
-        "generation": 1,
+        "lifetimes": lifetimes,
+        "generation": Generation(
+            stream=Stream(0, 0, 1, SELECTION_STREAM),
+            lifetimes=lifetimes,
+            fitness=fitness,
+            uniforms=uniforms,
+            shares=np.zeros(agents),
+            order=np.zeros(agents, np.int64),
+            parents=parents,
+        ),
+        "mating": Mating(fitter, second, draws, float(random.random()), child),
+        "reproduction": Reproduction(
+            GenerationKey(0, 0, 1), genome, fitness, parents, draws, genome.copy()
+        ),
         "count": 1,
-        "gate": float(random.random()),
         "innate": innate[0],
         "learned": random.normal(size=weights).astype(np.float32),
         "innate_genome": innate,

@@ -18,6 +18,7 @@ from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld, part_value
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
+from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
 from baldwinlab.parts.part import overridden_hooks
 
@@ -144,16 +145,7 @@ def _list_arrays(state: Any) -> Iterator[_OwnedArray]:
     """Yield the arrays of a state and of its parts."""
     for name, array in ARRAYS.items():
         yield _OwnedArray(name, array.owner, getattr(state, name))
-    parts = (
-        state.lookup,
-        state.network,
-        state.rule,
-        state.body,
-        *state.senses,
-        *state.features,
-        state.population,
-    )
-    for values in (*parts, *state.recorders):
+    for _, values in list_parts(state):
         for name, array in type(values).part.arrays.items():
             if array.owner == "run":
                 continue

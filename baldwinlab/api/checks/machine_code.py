@@ -21,7 +21,10 @@ from baldwinlab.engine.numba_internals.dispatchers import (
     NumbaError,
 )
 from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
+from baldwinlab.parts.synapses import Synapse
+from baldwinlab.parts.world_features import LineOfSight
 
 DECLARED_SYMBOL: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 FLOAT64_INSTRUCTION: Final = re.compile(
@@ -92,20 +95,20 @@ def _argument_types(group: PartGroup, part: type[Part], hook: str) -> dict[str, 
         arguments = breeding_arguments(np.random.default_rng(0), group.experiment) | {
             "part": part_values(group.experiment, part)
         }
+        if part.kind == "stop":
+            arguments["generation"] = 1
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(group.experiment, 1)
-    float_names = ("x", "y", "dx", "dy", "rate", "weight")
-    integer_names = ("world", "agent", "lane", "step", "first", "units", "synapse")
-    floats = dict.fromkeys(float_names, types.float32)
-    integers = dict.fromkeys(integer_names, types.int64)
-    array_names = ("weights", "activations", "errors", "targets")
-    arrays = {name: numba.typeof(getattr(state, name)) for name in array_names}
+    zero = np.float32(0)
+    training = Training(zero, state.weights, state.activations, state.errors, state.targets)
     return {
-        **floats,
-        **integers,
-        **arrays,
-        "genes": arrays["weights"],
-        "table": arrays["weights"],
+        **dict.fromkeys(("x", "y"), types.float32),
+        **dict.fromkeys(("world", "agent", "lane", "step", "units"), types.int64),
+        **dict.fromkeys(("weights", "genes", "table"), numba.typeof(state.weights)),
+        "activations": numba.typeof(state.activations),
+        "line": numba.typeof(LineOfSight(zero, zero, zero, zero)),
+        "synapse": numba.typeof(Synapse(0, zero, zero, zero, zero)),
+        "training": numba.typeof(training),
         "part": numba.typeof(part_values(group.experiment, part, state)),
         "state": numba.typeof(state),
         "model": numba.typeof(make_model(group.experiment, 1)),

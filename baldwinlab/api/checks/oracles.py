@@ -20,6 +20,8 @@ from baldwinlab.api.checks.oracle_steps import make_naive, record_steps
 from baldwinlab.api.checks.signatures import require_signature, verified_hooks
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.parts.part import BREEDING_KINDS, overridden_hooks
+from baldwinlab.parts.senses import find_first_input
+from baldwinlab.parts.world_features import LineOfSight
 
 TOLERANCE: Final = 1e-5
 """Tolerance of float32 relative to float64, for weights and outputs of about 1."""
@@ -119,7 +121,7 @@ def _compare_body(group: PartGroup, part: Any) -> str:
 def _compare_sense(group: PartGroup, part: Any) -> str:
     senses = group.experiment.parts("senses.kinds")
     index = [type(sense) for sense in senses].index(part)
-    first_input = sum(len(sense.inputs) for sense in senses[:index])
+    first_input = find_first_input(senses[index], group.experiment)
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     are_same = _are_close if part.is_continuous else _are_alike
@@ -201,23 +203,23 @@ def _compare_feature(group: PartGroup, part: Any) -> str:
     displacements = random.uniform(-MARGIN, MARGIN, (N_POSITIONS, 2))
     has_effect = False
     for row in np.column_stack([starts, displacements]).tolist():
-        point = [np.float32(coordinate) for coordinate in row]
+        line = LineOfSight(*map(np.float32, row))
         results = {}
         for name in hooks:
-            arguments = point if name == "blocks_sight" else point[:2]
+            arguments = (line,) if name == "blocks_sight" else (line.x, line.y)
             with np.errstate(all="ignore"):
                 results[name] = bool(getattr(part, name)(values, model, *arguments))
         has_effect |= any(results.values())
         x, y, dx, dy = row
         label = f"at ({x:g}, {y:g}), with the displacement ({dx:g}, {dy:g}): results"
-        _require_same(partial(_call_feature_oracle, part, values, point), results, label)
+        _require_same(partial(_call_feature_oracle, part, values, line), results, label)
     return "" if has_effect else "but it has no effect"
 
 
 def _call_feature_oracle(
-    part: Any, values: Any, point: Sequence[np.float32], nudge_x: float, nudge_y: float
+    part: Any, values: Any, line: LineOfSight, nudge_x: float, nudge_y: float
 ) -> Any:
-    x, y, dx, dy = point
+    x, y, dx, dy = line
     return part.oracle(values, float(x + nudge_x), float(y + nudge_y), float(dx), float(dy))
 
 

@@ -21,7 +21,6 @@ class OracleSignature(NamedTuple):
     verifies: tuple[str, ...]
 
 
-PARENTS_RESULT: Final = "it returns two parents of each child"
 ORACLES: Final = {
     "learning rule": OracleSignature(
         "part, agents, agent, naive",
@@ -40,11 +39,8 @@ ORACLES: Final = {
         "it returns a result by hook",
         ("blocks_placement", "blocks_sight", "blocks_movement"),
     ),
-    "selection": OracleSignature("part, fitness, uniforms", PARENTS_RESULT, ("select",)),
-    "select_with_genomes": OracleSignature(
-        "part, stream, lifetimes, fitness, uniforms",
-        PARENTS_RESULT,
-        ("select", "select_with_genomes"),
+    "selection": OracleSignature(
+        "part, generation", "it returns two parents of each child", ("select",)
     ),
     "variation": OracleSignature(
         "part, fitter, second, draws, gate", "it returns the child", ("vary",)
@@ -71,15 +67,13 @@ ORACLES: Final = {
         ("should_stop",),
     ),
 }
-"""The contracts, by the kind of part. A hook in `POPULATION_HOOKS` has another contract."""
-POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
+"""The contracts, by the kind of part. A variation can have another contract."""
 
 
 def oracle_key(part: type[Part]) -> str:
     """Return the key of a part in `ORACLES`."""
-    hooks = [hook for hook in POPULATION_HOOKS if hook in overridden_hooks(part)]
-    if hooks:
-        return hooks[0]
+    if "vary_population" in overridden_hooks(part):
+        return "vary_population"
     reads_genes = part.kind == "variation" and len(part.genes) > 0
     return "variation with genes" if reads_genes else part.kind
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import ONE, ZERO
@@ -41,8 +42,9 @@ from baldwinlab.evolution.neat.genome import (
     node_number,
 )
 from baldwinlab.evolution.rng_key import Genome
-from baldwinlab.evolution.variation import Draws
 
+# [row, 4].
+Draws = npt.NDArray[np.float64]
 # First row of `draws` for links. The columns of each row decide the following.
 # Row 0: whether weights mutate, whether a node is added, whether a link is added, the split link.
 # Row 1: the pair of nodes that a new link joins, its weight, the random parent, unused.

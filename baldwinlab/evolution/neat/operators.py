@@ -22,7 +22,6 @@ import numpy as np
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.rng import Stream
 from baldwinlab.engine.simd import ZERO
 from baldwinlab.evolution.neat.genome import (
     LAST_INNOVATION,
@@ -43,11 +42,10 @@ from baldwinlab.evolution.neat.species import (
     next_species,
     species_status,
 )
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
-from baldwinlab.evolution.sorting import Keys, Order, sort_by
-from baldwinlab.parts import Field, Selection, Variation
+from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
+from baldwinlab.evolution.sorting import Order, sort_by
+from baldwinlab.parts import Field, Generation, Reproduction, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
-from baldwinlab.parts.lifetimes import Lifetimes
 
 
 def genome_part(experiment: Any) -> Any:
@@ -126,21 +124,14 @@ class SpeciesSelection(Selection, name="species"):
         require_graphs(experiment, "evolution.selection = 'species'")
 
     @staticmethod
-    def select_with_genomes(
-        part: Any,
-        stream: Stream,
-        lifetimes: Lifetimes,
-        fitness: Fitness,
-        uniforms: Uniforms,
-        shares: Keys,
-        order: Order,
-        parents: Parents,
-    ) -> None:
-        genome = lifetimes.genome
+    def select(part: Any, generation: Generation) -> None:
+        fitness = generation.fitness
+        parents = generation.parents
+        genome = generation.lifetimes.genome
         for agent in range(fitness.size):
-            shares[agent] = -genome[agent, 0, SPECIES]
+            generation.shares[agent] = -genome[agent, 0, SPECIES]
         # The order is by species, the oldest last, then by fitness, the fittest last.
-        sort_by(shares, fitness, order)
+        sort_by(generation.shares, fitness, generation.order)
         total, all_reproduce, has_equal_shares = _sum_species_means(part, genome, fitness)
         n_children = parents.shape[0]
         cumulative_share = 0.0
@@ -154,9 +145,11 @@ class SpeciesSelection(Selection, name="species"):
                 cumulative_share += 1.0 if has_equal_shares else mean
                 end_child = int(cumulative_share * n_children / total + 0.5)
                 for child in range(first_child, end_child):
-                    _choose_parents(part, uniforms, order, end - size, end, child, parents)
+                    _choose_parents(
+                        part, generation.uniforms, generation.order, end - size, end, child, parents
+                    )
                 if size > part.champion_species_size and end_child > first_child:
-                    champion = order[end - 1]
+                    champion = generation.order[end - 1]
                     parents[first_child, 0] = champion
                     parents[first_child, 1] = ITSELF
                 first_child = end_child
@@ -299,24 +292,20 @@ class Neat(Variation, name="neat"):
             init_minimal_graph(genome[agent, 0], part.inputs, part.outputs)
 
     @staticmethod
-    def vary_population(
-        part: Any,
-        key: GenerationKey,
-        genome: Genome,
-        fitness: Fitness,
-        parents: Parents,
-        draws: Uniforms,
-        children: Genome,
-    ) -> None:
+    def vary_population(part: Any, reproduction: Reproduction) -> None:
+        genome = reproduction.genome
+        children = reproduction.children
+        key = reproduction.key
+        fitness = reproduction.fitness
         first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
         # The remaining rows of `draws` are scratch for `marks`.
-        child_draws = draws[: FIRST_LINK_ROW + links]
-        marks = draws[FIRST_LINK_ROW + links :, 0]
+        child_draws = reproduction.draws[: FIRST_LINK_ROW + links]
+        marks = reproduction.draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):
-            first_parent = parents[child, 0]
-            second_parent = parents[child, 1]
+            first_parent = reproduction.parents[child, 0]
+            second_parent = reproduction.parents[child, 1]
             copy_genome(genome[first_parent], children[child])
             if second_parent == ITSELF:
                 continue

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Field, Variation
+from baldwinlab.parts import Field, Mating, Variation
 
 
 class FewMutations(Variation, name="few-mutations"):
@@ -25,24 +23,22 @@ class FewMutations(Variation, name="few-mutations"):
         le=1000,
         description="Number of weights of a child that mutate, drawn with replacement.",
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 child[module, weight] = (
-                    fitter[module, weight] if gate < 0.5 else second[module, weight]
+                    fitter[module, weight] if mating.gate < 0.5 else second[module, weight]
                 )
-        for mutation in range(min(part.mutations, draws.shape[0])):
+        for mutation in range(min(part.mutations, mating.draws.shape[0])):
             # A position in the list of the weights of all modules.
-            position = int(draws[mutation, 1] * child.size)
+            position = int(mating.draws[mutation, 1] * child.size)
             module = position // child.shape[1]
             weight = position % child.shape[1]
-            change = (2.0 * draws[mutation, 2] - 1.0) * part.size
+            change = (2.0 * mating.draws[mutation, 2] - 1.0) * part.mutation_size
             child[module, weight] += np.float32(change)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.model import CueLearners
-from baldwinlab.parts import Variation
+from baldwinlab.parts import Mating, Variation
 
 
 class OnePointOfUnits(Variation, name="one-point-of-units"):
@@ -22,9 +21,8 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     Todd and Miller 1991.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         "units": lambda part, experiment: int(experiment.model_part.units),
     }
 
@@ -35,12 +33,12 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
             )
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
-        cut = draw_cut(gate, child.shape[1])
+    def vary(part: Any, mating: Mating) -> None:
+        child = mating.child
+        cut = draw_cut(mating.gate, child.shape[1])
         for gene in range(child.shape[1]):
-            parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+            takes_fitter = is_from_fitter(gene, cut, mating.draws[0, 0])
+            parent = mating.fitter if takes_fitter else mating.second
             child[0, gene] = parent[0, gene]
-            if draws[gene, 1] < part.rate:
-                child[0, gene] = draw_allele(gene, part.units, draws[gene, 2])
+            if mating.draws[gene, 1] < part.mutation_rate:
+                child[0, gene] = draw_allele(gene, part.units, mating.draws[gene, 2])

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ZERO
-from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import (
     Field,
+    Mating,
     Variation,
 )
 
@@ -37,24 +36,22 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
         n_modules = child.shape[0]
         module_size = child.shape[1]
         n_weights = child.size
-        is_crossed = gate < part.crossover_share
+        is_crossed = mating.gate < part.crossover_share
         # A uniform number in (0, 1), with or without crossover.
         position = (
-            gate / part.crossover_share
+            mating.gate / part.crossover_share
             if is_crossed
-            else (gate - part.crossover_share) / (1.0 - part.crossover_share)
+            else (mating.gate - part.crossover_share) / (1.0 - part.crossover_share)
         )
         # Number of a combination of a cut and of the parent of the first weights.
         combination = int(position * 2 * (n_weights - 1))
@@ -65,7 +62,9 @@ class FourBitWeights(Variation, name="four-bit-weights"):
                 gene = module * module_size + weight
                 is_from_fitter = (gene < cut) == starts_with_fitter
                 inherited = fitter[module, weight] if is_from_fitter else second[module, weight]
-                child[module, weight] = _flip_bits(inherited, draws[gene], part.rate)
+                child[module, weight] = _flip_bits(
+                    inherited, mating.draws[gene], part.mutation_rate
+                )
 
 
 @compiled

@@ -13,8 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Field, Selection, Variation
+from baldwinlab.parts import Field, Generation, Mating, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF
 
 
@@ -52,15 +51,16 @@ class MutantFixation(Selection, name="mutant-fixation"):
     has_groups: ClassVar[bool] = True
 
     @staticmethod
-    def select(
-        part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any
-    ) -> None:
+    def select(part: Any, generation: Generation) -> None:
+        parents = generation.parents
         n_pairs = parents.shape[0] // 2
         for pair in range(n_pairs):
             resident = 2 * pair
             mutant = resident + 1
-            probability = fixation_probability(fitness[mutant], fitness[resident], part.members)
-            winner = mutant if uniforms[resident, 0, 0] < probability else resident
+            probability = fixation_probability(
+                generation.fitness[mutant], generation.fitness[resident], part.members
+            )
+            winner = mutant if generation.uniforms[resident, 0, 0] < probability else resident
             parents[resident, 0] = winner
             parents[resident, 1] = ITSELF
             parents[mutant, 0] = winner
@@ -79,11 +79,10 @@ class LatticeSteps(Variation, name="lattice-steps"):
     """
 
     @staticmethod
-    def vary(
-        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
-    ) -> None:
+    def vary(part: Any, mating: Mating) -> None:
+        child = mating.child
         for module in range(child.shape[0]):
             for gene in range(child.shape[1]):
-                draw = draws[module * child.shape[1] + gene, 0]
+                draw = mating.draws[module * child.shape[1] + gene, 0]
                 step = np.float32(1) if draw < 0.5 else np.float32(-1)
-                child[module, gene] = fitter[module, gene] + step
+                child[module, gene] = mating.fitter[module, gene] + step

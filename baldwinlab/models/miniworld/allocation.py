@@ -15,6 +15,7 @@ from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.birth import CHILD_VALUES
+from baldwinlab.models.miniworld.declarations import ChosenPart, read_settings
 from baldwinlab.models.miniworld.grid import (
     compute_alert_radius,
     compute_grid_shape,
@@ -28,17 +29,23 @@ from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
+    CHOSEN_PARTS,
     HEADING_COUNT,
     Floats,
     MiniWorldModel,
     State,
 )
-from baldwinlab.models.miniworld.state_arrays import poison_state
+from baldwinlab.models.miniworld.state_arrays import list_parts, poison_state
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.world_features import ItemRegion
 
 # Number of decimal digits of a sine or cosine before it is rounded to float32.
 N_DIGITS: Final = 15
+ENGINE_PARTS: Final[Mapping[str, Callable[[Experiment], Any]]] = {
+    "lookup": choose_lookup,
+    "control": choose_control,
+}
+"""Functions that choose the classes of fields of a state, which have only arrays."""
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
@@ -161,25 +168,16 @@ def make_model(
     return MiniWorldModel(
         worlds=worlds,
         agents=experiment.agents_per_world,
-        width=np.float32(world.width),
-        height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
-        random_headings=world.start.headings == "random",
         **_region_arrays(experiment, margin, grid or grid_settings(experiment)),
         cosine=cosine,
         sine=sine,
-        visual_radius=np.float32(experiment.senses.visual_radius),
         alert_radius=np.float32(alert_radius),
-        open_boundaries=experiment.senses.boundaries == "open",
-        square_contact=contact.shape == "square",
-        reach=np.float32(contact.reach),
-        action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning_steps,
-        rate=float(experiment.learning.rate),
-        evolved_rate=experiment.learning.evolved_rate,
         minimum_near=np.float32(0 if has_item_senses_only else 0.5),
         minimum_alert=int(has_unsensed_kind),
+        **read_settings(MiniWorldModel, experiment),
     )
 
 
@@ -236,20 +234,8 @@ def _shape_function(
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """Return the size of the arrays of `make_state`, in bytes. Nothing is allocated."""
     array_shape = _shape_function(experiment, worlds)
-    paths = ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
-    part_arrays: list[Mapping[str, Array]] = [
-        type(part).arrays for path in paths for part in experiment.parts(path)
-    ]
-    part_arrays += [type(part).arrays for part in list_recorders(experiment)]
-    all_arrays = [
-        ARRAYS,
-        choose_lookup(experiment).arrays,
-        choose_control(experiment).arrays,
-        choose_population(experiment).arrays,
-        *part_arrays,
-    ]
     n_bytes = 0
-    for declared_arrays in all_arrays:
+    for declared_arrays in (ARRAYS, *(part.arrays for part in list_part_classes(experiment))):
         for array in declared_arrays.values():
             if array.owner != "run":
                 n_bytes += math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize
@@ -285,16 +271,25 @@ def list_recorders(experiment: Experiment) -> list[Part]:
     return [part for part in parts if "end_step" in overridden_hooks(type(part))]
 
 
+def list_part_classes(experiment: Experiment) -> list[Any]:
+    """Return the classes of the parts of a state, which declare arrays and select code."""
+    parts = [part for chosen in CHOSEN_PARTS.values() for part in experiment.parts(chosen.path)]
+    return [
+        *map(type, [*parts, *list_recorders(experiment)]),
+        *(choose(experiment) for choose in ENGINE_PARTS.values()),
+        choose_population(experiment),
+    ]
+
+
 def read_part_records(
     state: State, shape: tuple[int, ...], first_lane: int = 0
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the records of all parts by name, [run, agent], from a first lane on."""
-    parts = [state.network, state.rule, state.body, *state.senses, *state.features]
     lanes = slice(first_lane, first_lane + math.prod(shape))
     return {
         name: getattr(part, name)[0, lanes].reshape(shape).copy()
-        for part in [*parts, *state.recorders]
-        for name in type(part).part.records
+        for _, part in list_parts(state)
+        for name in getattr(type(part).part, "records", ())
     }
 
 
@@ -323,17 +318,18 @@ def make_state(
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
-    lookup = choose_lookup(experiment)
-    control = choose_control(experiment)
+    def compile_chosen(chosen: ChosenPart) -> Any:
+        parts = tuple(map(compile_part, experiment.parts(chosen.path)))
+        return parts if chosen.are_several else parts[0]
+
+    engine_parts = {name: choose(experiment) for name, choose in ENGINE_PARTS.items()}
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
-        lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
-        network=compile_part(experiment.part("network.kind")),
-        rule=compile_part(experiment.part("learning.rule")),
-        control=control.Compiled(*map(allocate, control.arrays.values())),
-        body=compile_part(experiment.part("motor.body")),
-        senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
-        features=tuple(map(compile_part, experiment.parts("world.features"))),
+        **{
+            name: part.Compiled(*map(allocate, part.arrays.values()))
+            for name, part in engine_parts.items()
+        },
+        **{name: compile_chosen(chosen) for name, chosen in CHOSEN_PARTS.items()},
         recorders=tuple(map(compile_part, list_recorders(experiment))),
         population=make_population(population_class, experiment, allocate, **population_values),
     )

@@ -24,7 +24,7 @@ from baldwinlab.parts.breeding import breeding_part, copy_genome
 from baldwinlab.parts.genes import load_part_genes
 from baldwinlab.parts.learning_rules import init_agent, load_genes
 from baldwinlab.parts.records import clear_part_records
-from baldwinlab.parts.variation import vary
+from baldwinlab.parts.variation import Mating, vary
 from baldwinlab.parts.world_features import init_world
 
 CHILD_VALUES: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
@@ -174,7 +174,7 @@ def _create_child(
     gate = uniform(philox(0, number, key.generation, MUTATION_GATE, key.seed, key.run)[0])
     # The variation can read the genes of parts, and cannot change them.
     mix_genes(genes, key, number, parents, child)
-    vary(part.variation, parents[0], parents[1], draws, gate, child)
+    vary(part.variation, Mating(parents[0], parents[1], draws, gate, child))
     mix_genes(genes, key, number, parents, child)
 
 

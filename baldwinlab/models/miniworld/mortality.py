@@ -137,19 +137,14 @@ class ReproducingPopulation(MortalPopulation):
 
     @staticmethod
     def bear_agent(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        world: int,
-        first_parent: int,
-        second_parent: int,
+        part: Any, model: MiniWorldModel, state: State, world: int, parents: tuple[int, int]
     ) -> int:
         slot = find_free_slot(model, state, world)
         if slot >= 0:
             birth = 0
             for agent in range(model.agents):
                 birth += state.birth_count[world, agent]
-            bear_child(part, model, state, world, slot, birth, first_parent, second_parent)
+            bear_child(part, model, state, world, slot, birth, parents[0], parents[1])
         return slot
 
 

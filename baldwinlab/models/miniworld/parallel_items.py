@@ -1,33 +1,28 @@
 """Items of a world that a team of threads simulates: eating with claims, and sorting into cells.
 
-The results are those of `items.py`. All agents claim the items that they touch, and after a
-barrier, the agent with the highest claim of an item eats it.
+The results are those of `items.py`.
 """
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.atomics import Team, atomic_max, share_of_thread, wait_for_team
+from baldwinlab.engine.atomics import Team, share_of_thread, wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.prefetch import prefetch
-from baldwinlab.engine.simd import HALF, WIDTH, any_of, get, lanes_in_block, put, simd_block
+from baldwinlab.engine.simd import HALF, WIDTH, get, put
+from baldwinlab.models.miniworld.contention import contend, init_item
 from baldwinlab.models.miniworld.items import (
-    MAX_CONTACT_PER_REACH,
     assign_cells,
     find_cells_within,
     find_slots,
     find_slots_in_row,
     has_single_cell,
-    is_touching,
-    place_item,
-    position_in_image,
     sort_into_cells,
 )
-from baldwinlab.models.miniworld.population import eats_region
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 # Minimum number of items of a region that all threads sort together. Each thread sorts some of the
@@ -45,109 +40,28 @@ class SharedArrays(NamedTuple):
     """A thread of a team, and the arrays that the team shares."""
 
     team: Team
-    # Highest claim of an item, [item]. It is odd after the item was eaten.
-    claims: npt.NDArray[np.int64]
     # Scratch: number of items of a thread in a cell, then their next slot, [thread, cell].
     counts: npt.NDArray[np.int32]
     totals: npt.NDArray[np.int64]  # Scratch: number of items in the cells of a thread, [thread].
 
 
 @compiled
-def _contend_in_region(
-    shared: SharedArrays,
-    model: MiniWorldModel,
-    state: State,
-    region: int,
-    agent: int,
-    step: int,
-    x: np.float32,
-    y: np.float32,
-    claim: int,
-    is_eating: bool,
-) -> bool:
-    """Claim or eat the items of a region that a body at (x, y) touches. See `_contend`."""
-    has_touched = False
-    radius = MAX_CONTACT_PER_REACH * model.reach
-    columns = find_cells_within(model, region, 0, x, radius)
-    first_row, end_row = find_cells_within(model, region, 1, y, radius)
-    for row in range(first_row, end_row):
-        first_slot, end_slot = find_slots_in_row(model, state, _WORLD, region, row, columns)
-        for first in range(first_slot, end_slot, lanes_in_block()):
-            if any_of(is_touching(model, state, _WORLD, simd_block(first), x, y)):
-                for slot in range(first, min(first + lanes_in_block(), end_slot)):
-                    if is_touching(model, state, _WORLD, slot, x, y):
-                        has_touched = True
-                        item = state.slot_item[_WORLD, slot]
-                        if not is_eating:
-                            atomic_max(shared.claims, item, claim)
-                        elif shared.claims[item] == claim:
-                            # Claims are even. The odd value marks the item as eaten.
-                            shared.claims[item] = claim + 1
-                            state.eaten_in_life[region, agent] += 1
-                            state.touched[_WORLD, item] = step
-                            place_item(model, state, _WORLD, region, item)
-    return has_touched
-
-
-@compiled
-def _contend(
-    shared: SharedArrays,
-    model: MiniWorldModel,
-    state: State,
-    agent: int,
-    step: int,
-    is_eating: bool,
-) -> bool:
-    """Claim the items that an agent touches, or eat the items that it has claimed (`is_eating`).
-
-    Return whether the agent touches any item.
-    """
-    turn = agent - step % model.agents
-    turn = turn + model.agents if turn < 0 else turn
-    # Claims of later steps are higher. In a step, claims of earlier turns are higher.
-    claim = 2 * (step * model.agents + model.agents - 1 - turn)
-    has_touched = False
-    for region in range(model.regions.shape[0]):
-        is_eaten = eats_region(state.population, region)
-        for number in range(model.images[region] if is_eaten else 0):
-            x, y = position_in_image(
-                model, region, number, state.positions[0, agent], state.positions[1, agent]
-            )
-            has_touched |= _contend_in_region(
-                shared, model, state, region, agent, step, x, y, claim, is_eating
-            )
-    return has_touched
-
-
-@compiled
-def claim_items(
-    shared: SharedArrays,
-    model: MiniWorldModel,
-    state: State,
-    agents: tuple[int, int],
-    step: int,
-) -> None:
+def claim_items(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let the agents of a range claim the items that they touch."""
-    for agent in range(agents[0], agents[1]):
+    for agent in range(agents.first_agent, agents.end_agent):
         alert = get(state.alert, 0, agent)
-        if alert != 0 and _contend(shared, model, state, agent, step, False):
+        if alert != 0 and contend(agents, model, state, agent, step, False):
             put(state.alert, 0, agent, alert | _CLAIM_BIT)
 
 
 @compiled
-def eat_claimed_items(
-    shared: SharedArrays,
-    model: MiniWorldModel,
-    state: State,
-    agents: tuple[int, int],
-    step: int,
-) -> None:
+def eat_claimed_items(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let the agents of a range eat the items of which they have the highest claim."""
-    for agent in range(agents[0], agents[1]):
+    for agent in range(agents.first_agent, agents.end_agent):
         alert = get(state.alert, 0, agent)
         if alert & _CLAIM_BIT != 0:
             put(state.alert, 0, agent, alert & ~_CLAIM_BIT)
-            _contend(shared, model, state, agent, step, True)
+            contend(agents, model, state, agent, step, True)
 
 
 @compiled
@@ -177,17 +91,14 @@ def prefetch_items(model: MiniWorldModel, state: State, agents: tuple[int, int])
 
 
 @compiled
-def place_items(shared: SharedArrays, model: MiniWorldModel, state: State) -> None:
+def place_items(agents: Any, model: MiniWorldModel, state: State) -> None:
     """At the start of a lifetime: place the items of a thread."""
     for region in range(model.regions.shape[0]):
         first, end = share_of_thread(
-            shared.team, model.region_items[region], model.region_items[region + 1]
+            agents.shared.team, model.region_items[region], model.region_items[region + 1]
         )
         for item in range(first, end):
-            shared.claims[item] = -1
-            state.touched[_WORLD, item] = -1
-            state.appearances[_WORLD, item] = 0
-            place_item(model, state, _WORLD, region, item)
+            init_item(agents.claims, model, state, _WORLD, region, item)
 
 
 @compiled

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from baldwinlab.engine.atomics import wait_for_team
+from baldwinlab.engine.atomics import atomic_max, wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook, make_part_type
 from baldwinlab.engine.prefetch import prefetch
@@ -29,7 +29,7 @@ from baldwinlab.models.miniworld.parallel_items import (
 from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
-    AGENT_RANGES,
+    CONTENDING_AGENTS,
     end_step_of_features,
     observe_others_per_world,
     prepare_all_senses,
@@ -70,7 +70,11 @@ class _IndependentAgents:
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         """Only claim the items. The agents eat after all tiles."""
-        claim_items(agents.shared, model, state, (agents.first_agent, agents.end_agent), step)
+        claim_items(agents, model, state, step)
+
+    @staticmethod
+    def raise_claim(agents: Any, world: int, item: int, claim: int) -> None:
+        atomic_max(agents.claims[world], item, claim)
 
     @staticmethod
     def select_tile(agents: Any, model: MiniWorldModel, first_lane: int) -> Any:
@@ -83,6 +87,7 @@ class _IndependentAgents:
             end_world=agents.end_world,
             first_agent=min(first_lane, model.agents),
             end_agent=min(end_lane, model.agents),
+            claims=agents.claims,
             shared=agents.shared,
         )
 
@@ -116,8 +121,8 @@ class _DependentAgents(_IndependentAgents):
 
 
 # `shared` has the type `SharedArrays`.
-IndependentAgents = make_part_type(_IndependentAgents, (*AGENT_RANGES, "shared"))
-DependentAgents = make_part_type(_DependentAgents, (*AGENT_RANGES, "shared"))
+IndependentAgents = make_part_type(_IndependentAgents, (*CONTENDING_AGENTS, "shared"))
+DependentAgents = make_part_type(_DependentAgents, (*CONTENDING_AGENTS, "shared"))
 
 
 @compiled
@@ -139,7 +144,7 @@ def _init_agents(agents: Any, model: MiniWorldModel, state: State) -> None:
         place_newborn(model, state, _WORLD, agent, agent_number(state.population, agent))
         init_agent(state.rule, model, state, _WORLD, agent)
         init_control(state.control, model, state, _WORLD, agent)
-    place_items(agents.shared, model, state)
+    place_items(agents, model, state)
     wait_for_team(team)
     is_start = True
     sort_regions(agents.shared, model, state, is_start)
@@ -168,7 +173,7 @@ def _take_team_step(agents: Any, model: MiniWorldModel, state: State, step: int)
         _prefetch_weights(tile, state)
         take_step(tile, model, state, step)
     wait_for_team(team)
-    eat_claimed_items(agents.shared, model, state, (agents.first_agent, agents.end_agent), step)
+    eat_claimed_items(agents, model, state, step)
     wait_for_team(team)
     is_start = False
     sort_regions(agents.shared, model, state, is_start)

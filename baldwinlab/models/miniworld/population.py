@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from baldwinlab.engine.phases import Array, hook, make_part_type
 from baldwinlab.engine.simd import INFINITY, Lane
@@ -82,17 +82,24 @@ def count_step(part: Any, state: State, lane: Lane) -> None:
     """In every step: count the steps of the agents that are alive."""
 
 
-@hook
-def see_species(
-    part: Any, model: MiniWorldModel, state: State, world: int, agent: int, target: int, values: Any
-) -> None:
-    """Measure the distance of the nearest visible agent in the left, front and right sector.
+class SpeciesScan(NamedTuple):
+    """An agent that senses other species, and the part of its sense.
 
-    `target` is the number of the species of these agents, or -1 for all other species. `values` is
-    an array [3, lane]. The distance is infinite if no agent is visible.
+    `sense.target_number` is the number of a species, or -1 for all other species.
+    `sense.distances` [3, lane]: distance of the nearest visible agent in the left, front and right
+    sector, infinite without such an agent.
     """
+
+    sense: Any
+    world: int
+    agent: int
+
+
+@hook
+def see_species(part: Any, model: MiniWorldModel, state: State, scan: SpeciesScan) -> None:
+    """Measure `scan.sense.distances` of an agent."""
     for sector in range(3):
-        values[sector, world * model.agents + agent] = INFINITY
+        scan.sense.distances[sector, scan.world * model.agents + scan.agent] = INFINITY
 
 
 class FixedPopulation:

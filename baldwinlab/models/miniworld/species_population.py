@@ -17,9 +17,11 @@ from baldwinlab.engine.simd import INFINITY, ZERO, square_root
 from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.mortality import ReproducingPopulation
+from baldwinlab.models.miniworld.population import SpeciesScan
 from baldwinlab.models.miniworld.senses.sight import test_sectors
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import die
+from baldwinlab.parts.world_features import LineOfSight
 
 SHARED_ARRAYS: Final = ("x", "y", "living")
 """Arrays [world, agent of any species]: position, and 1 for agents that are alive."""
@@ -56,21 +58,17 @@ class SpeciesPopulation(ReproducingPopulation):
         return number
 
     @staticmethod
-    def see_species(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        world: int,
-        agent: int,
-        target: int,
-        values: Any,
-    ) -> None:
+    def see_species(part: Any, model: MiniWorldModel, state: State, scan: SpeciesScan) -> None:
+        world = scan.world
+        agent = scan.agent
+        target = scan.sense.target_number
+        distances = scan.sense.distances
         lane = world * model.agents + agent
         x = state.positions[0, lane]
         y = state.positions[1, lane]
         heading = int(state.heading[0, lane])
         for sector in range(3):
-            values[sector, lane] = INFINITY
+            distances[sector, lane] = INFINITY
         for candidate in range(part.all_agents):
             species = part.species_of_agents[candidate]
             is_target = species == target if target >= 0 else species != part.species
@@ -82,14 +80,14 @@ class SpeciesPopulation(ReproducingPopulation):
                 # Most agents are out of range.
                 if squared_distance > model.visual_radius * model.visual_radius:
                     continue
-                left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
+                left, front, right = test_sectors(model, state, LineOfSight(x, y, dx, dy), heading)
                 distance = np.float32(square_root(squared_distance))
                 if left:
-                    values[0, lane] = min(values[0, lane], distance)
+                    distances[0, lane] = min(distances[0, lane], distance)
                 if front:
-                    values[1, lane] = min(values[1, lane], distance)
+                    distances[1, lane] = min(distances[1, lane], distance)
                 if right:
-                    values[2, lane] = min(values[2, lane], distance)
+                    distances[2, lane] = min(distances[2, lane], distance)
 
 
 make_part_type(SpeciesPopulation, [*SpeciesPopulation.values, *SpeciesPopulation.arrays])

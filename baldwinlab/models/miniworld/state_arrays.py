@@ -40,19 +40,22 @@ def poison_state(state: State, agents: int) -> None:
                     poison.fill(getattr(holder, name)[selection[array.owner]])
 
 
+def list_parts(state: State) -> Iterator[tuple[str, Any]]:
+    """Yield the parts of a state with their names, such as "rule" or "senses.0"."""
+    for name, value in zip(State._fields, state, strict=True):
+        if hasattr(type(value), "part"):
+            yield name, value
+        elif name not in ARRAYS:
+            yield from ((f"{name}.{index}", part) for index, part in enumerate(value))
+
+
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
-    fields = ("lookup", "network", "rule", "control", "body", "senses", "features", "recorders")
-    for name in (*fields, "population"):
-        value = getattr(state, name)
-        parts = value if name in ("senses", "features", "recorders") else [value]
-        for part_index, part in enumerate(parts):
-            arrays = type(part).part.arrays
-            holders[f"{name}[{part_index}]."] = (
-                part,
-                {key: array for key, array in arrays.items() if array.owner != "run"},
-            )
+    for name, part in list_parts(state):
+        declared = type(part).part.arrays.items()
+        arrays = {key: array for key, array in declared if array.owner != "run"}
+        holders[f"{name}."] = (part, arrays)
     return holders
 
 
@@ -73,17 +76,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 
 def list_hooks(state: State) -> tuple[Any, ...]:
     """Return the types of the parts of a state, and their hooks, which the step compiles."""
-    parts = [
-        state.lookup,
-        state.network,
-        state.rule,
-        state.control,
-        state.body,
-        *state.senses,
-        *state.features,
-        *state.recorders,
-        state.population,
-    ]
+    parts = [part for _, part in list_parts(state)]
     # Fields of parts can contain further parts.
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]
     return tuple(

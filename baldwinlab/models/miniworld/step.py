@@ -55,6 +55,9 @@ AGENT_RANGES: Final = (
     "first_agent",
     "end_agent",
 )
+# Fields of `agents` that eat at the same time (`contention.py`). `claims` is the highest claim of
+# each item, [world, item]. It is odd after the item was eaten.
+CONTENDING_AGENTS: Final = (*AGENT_RANGES, "claims")
 
 end_step_of_features = for_each_part(end_step)
 prepare_all_senses = for_each_part(prepare_senses)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,8 @@ def count_by_drawing(experiment: BaseExperiment, fitness: np.ndarray) -> np.ndar
     slots = np.zeros(fitness.size)
     for _ in range(N_DRAWS):
         uniforms = rng.random((fitness.size, 2, 4))
-        pairs = find_oracle(scheme)(scheme, fitness.tolist(), uniforms.tolist())
+        generation = SimpleNamespace(fitness=fitness.tolist(), uniforms=uniforms.tolist())
+        pairs = find_oracle(scheme)(scheme, generation)
         survivors = sorted(range(fitness.size), key=lambda a: (-fitness[a], uniforms[a, 1, 3]))
         pairs[:elite] = [[survivor, ITSELF] for survivor in survivors[:elite]]
         for first, second in pairs:

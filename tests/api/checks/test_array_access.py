@@ -12,7 +12,11 @@ import pytest
 
 from baldwinlab.api.checks.array_access import HookError, UnwrittenError, Watch
 from baldwinlab.engine import poison
+from baldwinlab.engine.rng import SELECTION_STREAM, Stream
+from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.loading import load_file, parts_in
+from baldwinlab.parts.selection import Generation
+from baldwinlab.parts.variation import Mating
 
 Write = Callable[[str], Path]
 
@@ -33,27 +37,48 @@ SELECTION = """
 
     class Part(Selection, name="some-parents"):
         @staticmethod
-        def select(part, fitness, uniforms, shares, order, parents):
+        def select(part, generation):
             {statement}
 """
 
 
 def select(part: Any) -> Any:
-    parents = np.full((3, 2), 7, np.int32)
-    part.select((), np.zeros(4), np.zeros((3, 2, 4)), np.zeros(4), np.zeros(4, np.int64), parents)
-    return parents
+    generation = make_generation(np.zeros(4))
+    part.select((), generation)
+    return generation.parents
+
+
+def make_generation(fitness: Any) -> Generation:
+    return Generation(
+        stream=Stream(0, 0, 0, SELECTION_STREAM),
+        lifetimes=make_lifetimes(np.zeros((4, 1, 1), np.float32)),
+        fitness=fitness,
+        uniforms=np.zeros((3, 2, 4)),
+        shares=np.zeros(4),
+        order=np.zeros(4, np.int64),
+        parents=np.full((3, 2), 7, np.int32),
+    )
 
 
 @pytest.mark.parametrize(
     ("statement", "sentence"),
     [
-        ("order[4] = 1", "index 4 of order, which has 4 entries"),
-        ("order[-1] = 1", "index -1 of order, which has 4 entries; an index must be at least 0"),
-        ("parents[0, 2] = 1", "index 2 of parents, which has 2 columns"),
-        ("parents[3, 0] = 1", "index 3 of parents, which has 3 rows"),
-        ("uniforms[0, 0, 4]", "index 4 of uniforms, which has 4 entries along axis 2"),
-        ("uniforms[:, 1, 0][3]", "index 3 of uniforms[:, 1, 0], which has 3 entries"),
-        ("fitness[0] / None", "TypeError: unsupported operand type"),
+        ("generation.order[4] = 1", "index 4 of generation.order, which has 4 entries"),
+        (
+            "generation.order[-1] = 1",
+            "index -1 of generation.order, which has 4 entries; an index must be at least 0",
+        ),
+        ("generation.parents[0, 2] = 1", "index 2 of generation.parents, which has 2 columns"),
+        ("generation.parents[3, 0] = 1", "index 3 of generation.parents, which has 3 rows"),
+        (
+            "generation.uniforms[0, 0, 4]",
+            "index 4 of generation.uniforms, which has 4 entries along axis 2",
+        ),
+        (
+            "generation.uniforms[:, 1, 0][3]",
+            "index 3 of generation.uniforms[:, 1, 0], which has 3 entries",
+        ),
+        ("generation.fitness[0] / None", "TypeError: unsupported operand type"),
     ],
 )
 def test_an_error_in_a_hook_names_the_line_the_array_the_index_and_the_size(
@@ -66,14 +91,15 @@ def test_an_error_in_a_hook_names_the_line_the_array_the_index_and_the_size(
 
 
 def test_valid_indices_and_slices_work_as_in_numpy(watch_part: Any) -> None:
-    part, _ = watch_part(
-        SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1")
-    )
+    statement = "generation.parents[:] = 5; generation.parents[1:, 1] = generation.order[3] + 1"
+    part, _ = watch_part(SELECTION.format(statement=statement))
     assert select(part).tolist() == [[5, 5], [5, 1], [5, 1]]
     # Unwritten parents raise an error.
-    part, _ = watch_part(SELECTION.format(statement="parents[:2] = 0; parents[2, 0] = 0"))
+    statement = "generation.parents[:2] = 0; generation.parents[2, 0] = 0"
+    part, _ = watch_part(SELECTION.format(statement=statement))
     with pytest.raises(
-        UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"
+        UnwrittenError,
+        match=r"selection 'some-parents': select leaves generation.parents\[2, 1\] unwritten",
     ):
         select(part)
 
@@ -102,13 +128,11 @@ def test_the_arrays_of_a_part_have_dotted_names(watch_part: Any) -> None:
 
 
 def test_the_first_read_of_unwritten_memory_is_stored_with_its_line(watch_part: Any) -> None:
-    part, watch = watch_part(SELECTION.format(statement="shares[1] = fitness[2]; parents[:] = 0"))
+    statement = "generation.shares[1] = generation.fitness[2]; generation.parents[:] = 0"
+    part, watch = watch_part(SELECTION.format(statement=statement))
     with poison.use_pattern(2):
-        fitness = poison.empty(4)
-        parents = np.zeros((3, 2), np.int32)
-        order = np.zeros(4, np.int64)
-        part.select((), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, parents)
-    assert watch.unwritten_read == "selection 'some-parents': select, line 7: fitness[2]"
+        part.select((), make_generation(poison.empty(4)))
+    assert watch.unwritten_read == "selection 'some-parents': select, line 7: generation.fitness[2]"
 
 
 def test_an_unwritten_second_module_of_a_child_raises_an_error(watch_part: Any) -> None:
@@ -118,14 +142,14 @@ def test_an_unwritten_second_module_of_a_child_raises_an_error(watch_part: Any) 
 
         class Part(Variation, name="one-module"):
             @staticmethod
-            def vary(part, fitter, second, draws, gate, child):
-                child[0] = fitter[0]
+            def vary(part, mating):
+                mating.child[0] = mating.fitter[0]
         """
     )
     single = np.ones((1, 3), np.float32)
     double = np.ones((2, 3), np.float32)
-    part.vary((), single, single, np.zeros((3, 4)), 0.5, np.zeros_like(single))
+    part.vary((), Mating(single, single, np.zeros((3, 4)), 0.5, np.zeros_like(single)))
     with pytest.raises(
-        UnwrittenError, match=r"variation 'one-module': vary leaves child\[1, 0\] unwritten"
+        UnwrittenError, match=r"variation 'one-module': vary leaves mating.child\[1, 0\] unwritten"
     ):
-        part.vary((), double, double, np.zeros((6, 4)), 0.5, np.zeros_like(double))
+        part.vary((), Mating(double, double, np.zeros((6, 4)), 0.5, np.zeros_like(double)))

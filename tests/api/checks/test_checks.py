@@ -108,6 +108,7 @@ def test_a_correct_rule_fulfills_the_contract(write: Any, without_compilation: N
         "put(state.weights, 0, 3, get(state.weights, 0, lane))",
         "put(state.weights, 0, lane, get(part.trace, 0, 3))",
         "put(state.weights, 0, lane, neighbor(state.weights, lane))",
+        "backward(state.network, Training(1, state.weights, state.activations, 1, 1), 3)",
         "lane = 3",
     ],
 )

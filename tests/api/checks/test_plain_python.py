@@ -34,20 +34,20 @@ from baldwinlab.parts import Selection, Variation
 
 class First(Selection, name="first-agents"):
     @staticmethod
-    def select(part, fitness, uniforms, shares, order, parents):
-        for child in range(parents.shape[0]):
-            parents[child, 0] = parents[child, 1] = 0
+    def select(part, generation):
+        for child in range(generation.parents.shape[0]):
+            generation.parents[child, 0] = generation.parents[child, 1] = 0
 
     @staticmethod
-    def oracle(part, fitness, uniforms):
-        return [[0, 0] for draws in uniforms]
+    def oracle(part, generation):
+        return [[0, 0] for draws in generation.uniforms]
 
 
 class OneModule(Variation, name="one-module"):
     @staticmethod
-    def vary(part, fitter, second, draws, gate, child):
-        for weight in range(child.shape[1]):
-            child[0, weight] = fitter[0, weight]
+    def vary(part, mating):
+        for weight in range(mating.child.shape[1]):
+            mating.child[0, weight] = mating.fitter[0, weight]
 
     @staticmethod
     def oracle(part, fitter, second, draws, gate):

@@ -22,9 +22,9 @@ class Height(Sense, name="height"):
     is_continuous = True
 
     @staticmethod
-    def measure(part, model, state, world, agent, first):
+    def measure(part, model, state, world, agent):
         lane = world * model.agents + agent
-        state.activations[first, lane] = {measured}
+        state.activations[part.first_input, lane] = {measured}
 
     @staticmethod
     def oracle(part, agent, items, naive):

@@ -22,21 +22,16 @@ from tests.oracles.parts import BUILT_IN_ORACLES, use_oracles
 
 Write = Callable[[str], Path]
 
-SELECT_WITH_GENOMES = (
-    "def select_with_genomes(part, stream, lifetimes, fitness, uniforms, shares, order, parents)"
-)
-VARY_POPULATION = "def vary_population(part, key, genome, fitness, parents, draws, children)"
 HOOKS = {
     "learning rule": ("LearningRule", "def learn(part, model, state, step, lane)"),
     "network": ("Network", "def forward(part, weights, activations, lane)"),
     "body": ("Body", "def move(part, model, state, lane)"),
     "sense": ("Sense", "def sense(part, model, state, world, agent)"),
     "world feature": ("WorldFeature", "def blocks_movement(part, model, x, y)"),
-    "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
-    "select_with_genomes": ("Selection", SELECT_WITH_GENOMES),
-    "variation": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
-    "variation with genes": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
-    "vary_population": ("Variation", VARY_POPULATION),
+    "selection": ("Selection", "def select(part, generation)"),
+    "variation": ("Variation", "def vary(part, mating)"),
+    "variation with genes": ("Variation", "def vary(part, mating)"),
+    "vary_population": ("Variation", "def vary_population(part, reproduction)"),
     "inheritance": ("Inheritance", "def inherit(part, innate_genome, learned, inherited_genome)"),
     "fitness": ("Fitness", "def evaluate(part, lifetimes, fitness)"),
     "stop": ("Stop", "def should_stop(part, lifetimes, fitness, generation)"),
@@ -105,15 +100,15 @@ def test_the_message_about_a_wrong_oracle_names_the_hook_that_defines_its_argume
     write_part: Write,
 ) -> None:
     path = write_part(
-        write_class("select_with_genomes", "def oracle(part, fitness, uniforms)", name="sharing")
+        write_class("vary_population", "def oracle(part, fitter, second)", name="pool")
     )
     findings = bl.check_part(path, requirements=["signature"])
     failed = [str(finding) for finding in findings if finding.holds is False]
     message = (
-        "does not hold: its oracle has the arguments of its kind: selection 'sharing': "
-        "oracle has the arguments (part, fitness, uniforms); "
-        "it must be a static method oracle(part, stream, lifetimes, fitness, uniforms), "
-        "because it has `select_with_genomes`; "
+        "does not hold: its oracle has the arguments of its kind: variation 'pool': "
+        "oracle has the arguments (part, fitter, second); "
+        "it must be a static method oracle(part, genome, fitness, parents, draws), "
+        "because it has `vary_population`; "
     )
     assert len(failed) == 1
     assert failed[0].startswith(message)
@@ -170,8 +165,8 @@ def test_a_variation_without_an_oracle_is_not_verified(
 
         class Copies(Variation, name="copies"):
             @staticmethod
-            def vary(part, fitter, second, draws, gate, child):
-                child[:] = fitter
+            def vary(part, mating):
+                mating.child[:] = mating.fitter
         """
     findings = bl.check_part(write_part(dedent(text)), requirements=["oracle"])[1:]
     assert [str(finding) for finding in findings] == [

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks.evolution import compare_children, compare_pairs
+from baldwinlab.api.checks.evolution import compare_children, compare_selection
 from baldwinlab.evolution import GenerationKey, Genome, breed
 from baldwinlab.evolution.neat.genome import LAST_INNOVATION
 from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
@@ -41,7 +41,7 @@ def test_parents_and_children_of_forty_generations_equal_the_oracle(settings: li
     group: Any = SimpleNamespace(experiment=assign(bl.load("neat-xor"), settings), seed=3)
     with use_oracles():
         compare_children(group, Neat)
-        compare_pairs(group, SpeciesSelection)
+        compare_selection(group, SpeciesSelection)
 
 
 def breed_children(

@@ -13,7 +13,7 @@ from baldwinlab.engine.phases import Array, per_run
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
-from baldwinlab.parts import Variation, WorldFeature, bear, die
+from baldwinlab.parts import Mating, Variation, WorldFeature, bear, die
 from baldwinlab.parts.breeding import copy_genome
 from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
@@ -68,9 +68,9 @@ class Counted(Variation, name="test-counted"):
     arrays: ClassVar[Mapping[str, Array]] = {"n_children": per_run()}
 
     @staticmethod
-    def vary(part: Any, fitter: Any, second: Any, draws: Any, gate: float, child: Any) -> None:
+    def vary(part: Any, mating: Mating) -> None:
         part.n_children[0] += 1
-        copy_genome(fitter, child)
+        copy_genome(mating.fitter, mating.child)
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -53,6 +53,8 @@ from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simul
 from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.networks import forward, links
+from baldwinlab.parts.selection import Generation
+from baldwinlab.parts.variation import Reproduction
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
 # The entry points compile these kernels into their own code.
@@ -293,15 +295,15 @@ def breed(population: BrowserPopulation) -> None:
     _draw_parents_of_children(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)
-        breed_children(
-            population.variation,
-            key,
-            population.inherited,
-            population.fitness,
-            population.parents,
-            population.draws,
-            population.children,
+        reproduction = Reproduction(
+            key=key,
+            genome=population.inherited,
+            fitness=population.fitness,
+            parents=population.parents,
+            draws=population.draws,
+            children=population.children,
         )
+        breed_children(population.variation, reproduction)
         remap_parents(population.origin, population.parents)
         _copy_genomes(population.children, population.genome)
         _apply_teacher_control(population, key)
@@ -361,17 +363,16 @@ def draw_parents_by_scheme(schemes: Any, scheme_index: int, population: Any) -> 
 
 @compiled
 def _draw_parents(scheme: Any, population: Any) -> None:
-    select_parents(
-        scheme,
-        population.elite,
-        Stream(population.seed, population.run, population.generation + 1, SELECTION_STREAM),
-        _read_lifetimes(population, population.inherited),
-        population.fitness,
-        population.uniforms,
-        population.shares,
-        population.order,
-        population.parents,
+    generation = Generation(
+        stream=Stream(population.seed, population.run, population.generation + 1, SELECTION_STREAM),
+        lifetimes=_read_lifetimes(population, population.inherited),
+        fitness=population.fitness,
+        uniforms=population.uniforms,
+        shares=population.shares,
+        order=population.order,
+        parents=population.parents,
     )
+    select_parents(scheme, population.elite, generation)
 
 
 def _choose_draw_parents_by_scheme(schemes: Any, *arguments: Any) -> Callable[..., Any]:

@@ -15,11 +15,11 @@ from numba import typeof
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import wasm
+from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import list_module_purposes
-from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import ENGINE_PARTS, make_model, make_state
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.backends.browser_arguments import (
     MEASURED_NAMES,
@@ -28,7 +28,6 @@ from baldwinlab.models.miniworld.backends.browser_arguments import (
 )
 from baldwinlab.models.miniworld.backends.browser_leaves import (
     DERIVED_SOURCES,
-    MODEL_SHAPES,
     MODEL_SOURCES,
     POPULATION_ARRAYS,
     POPULATION_SOURCES,
@@ -40,10 +39,11 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
     type_code,
 )
 from baldwinlab.models.miniworld.birth import CHILD_VALUES
+from baldwinlab.models.miniworld.declarations import find_sources
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
-from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.models.miniworld.state_arrays import list_hooks
+from baldwinlab.models.miniworld.state import ARRAYS, CHOSEN_PARTS, MiniWorldModel
+from baldwinlab.models.miniworld.state_arrays import list_hooks, list_parts
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network
@@ -51,6 +51,12 @@ from baldwinlab.parts.part import numeric_fields
 
 # Inheritances that every module supports, so that a page can choose between them.
 COMMON_INHERITANCES: Final = ("darwinian", "none")
+# Kinds of the parts of `BrowserPopulation`, by field.
+BREEDING_PARTS: Final = {
+    "variation": "variation",
+    "fitness_part": "fitness",
+    "inheritance": "inheritance",
+}
 
 
 class ModuleLayout:
@@ -215,8 +221,7 @@ class ModuleLayout:
             for name in ("inputs", "minimum_near", "minimum_alert")
         }
         leaves = number_leaves(self.model, {**MODEL_SOURCES, **constants})
-        for name, shape in MODEL_SHAPES.items():
-            leaves[name] = {"type": type_code(getattr(self.model, name)), "shape": shape, "fill": 0}
+        leaves |= array_leaves("", find_sources(MiniWorldModel, Array))
         leaves["start"] = {
             "type": "f4",
             "values": [setting_source(f"world.start.{name}") for name in ("x", "y", "radius")],
@@ -226,22 +231,12 @@ class ModuleLayout:
         return leaves
 
     def _state_leaves(self) -> dict[str, Any]:
-        experiment = self.experiment
-        state = self.state
-        leaves = array_leaves("", ARRAYS)
-        leaves |= array_leaves("lookup.", type(state.lookup).part.arrays)
-        leaves |= self._mortality_leaves()
-        leaves |= array_leaves("control.", type(state.control).part.arrays)
-        paths = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
-        for name, path in paths.items():
-            leaves |= self._part_leaves(
-                f"{name}.", getattr(state, name), path, experiment.part(path)
-            )
-        for name, path in {"senses": "senses.kinds", "features": "world.features"}.items():
-            for part_index, part in enumerate(experiment.parts(path)):
-                leaves |= self._part_leaves(
-                    f"{name}.{part_index}.", getattr(state, name)[part_index], path, part
-                )
+        leaves = array_leaves("", ARRAYS) | self._mortality_leaves()
+        for name in ENGINE_PARTS:
+            leaves |= array_leaves(f"{name}.", type(getattr(self.state, name)).part.arrays)
+        for name, values in list_parts(self.state):
+            chosen = CHOSEN_PARTS.get(name.partition(".")[0])
+            leaves |= self._part_leaves(f"{name}.", values, chosen.path) if chosen else {}
         return leaves
 
     def _mortality_leaves(self) -> dict[str, Any]:
@@ -255,18 +250,19 @@ class ModuleLayout:
         derived = {name: derive for name, derive in CHILD_VALUES.items() if name in values}
         return leaves | self._derived_leaves("population.", population, derived)
 
-    def _part_leaves(self, prefix: str, values: Any, path: str, part: Any) -> dict[str, Any]:
+    def _part_leaves(self, prefix: str, values: Any, path: str) -> dict[str, Any]:
         """Return the leaves of a part: fields, derived values and arrays.
 
         `values` is the compiled part. `path` is the setting that chooses the part.
         """
         leaves = {}
+        part = type(values).part
         table = path.rpartition(".")[0]
-        for name in numeric_fields(type(part)):
-            source = setting_source(f"{table}.{table_name(type(part).name)}.{name}")
+        for name in numeric_fields(part):
+            source = setting_source(f"{table}.{table_name(part.name)}.{name}")
             leaves[prefix + name] = {"type": type_code(getattr(values, name)), "value": source}
-        leaves |= self._derived_leaves(prefix, values, type(part).derived)
-        return leaves | array_leaves(prefix, type(part).arrays)
+        leaves |= self._derived_leaves(prefix, values, part.derived)
+        return leaves | array_leaves(prefix, part.arrays)
 
     def _derived_leaves(
         self, prefix: str, values: Any, derived: Mapping[str, Callable[[Any, Any], Any]]
@@ -280,9 +276,7 @@ class ModuleLayout:
             # A part of evolution that this part calls.
             elif hasattr(type(value), "part"):
                 part_path = f"evolution.{type(value).part.kind}"
-                leaves |= self._part_leaves(
-                    f"{prefix}{name}.", value, part_path, self.experiment.part(part_path)
-                )
+                leaves |= self._part_leaves(f"{prefix}{name}.", value, part_path)
             elif isinstance(value, np.ndarray):
                 leaves[prefix + name] = {
                     "type": type_code(value),
@@ -304,7 +298,6 @@ class ModuleLayout:
         resamples_genomes = inheritance.resamples_genomes
         wants_learned = inheritance.wants_learned(experiment)
         if self.has_common_inheritance:
-            inheritance = Darwinian()
             resamples_genomes = setting_source("evolution.inheritance", equals="none")
             wants_learned = setting_source("evolution.lamarckian_share", lower_limit=0)
         breeding_sources: dict[str, Any] = {
@@ -323,21 +316,13 @@ class ModuleLayout:
                 "-Infinity" if minimum == -math.inf else minimum for minimum in minimum_fitness
             ],
         }
-        for scheme_index, variant in enumerate(self.scheme_experiments):
-            scheme = variant.part("evolution.selection")
+        for scheme_index, scheme in enumerate(self.population.schemes):
+            leaves |= self._part_leaves(f"schemes.{scheme_index}.", scheme, "evolution.selection")
+        for name, kind in BREEDING_PARTS.items():
             leaves |= self._part_leaves(
-                f"schemes.{scheme_index}.",
-                self.population.schemes[scheme_index],
-                "evolution.selection",
-                scheme,
+                f"{name}.", getattr(self.population, name), f"evolution.{kind}"
             )
-        for name, kind in {"variation": "variation", "fitness_part": "fitness"}.items():
-            path = f"evolution.{kind}"
-            values = getattr(self.population, name)
-            leaves |= self._part_leaves(f"{name}.", values, path, experiment.part(path))
-        return leaves | self._part_leaves(
-            "inheritance.", self.inheritance, "evolution.inheritance", inheritance
-        )
+        return leaves
 
 
 def _scheme_experiments(experiment: Experiment) -> list[Experiment]:

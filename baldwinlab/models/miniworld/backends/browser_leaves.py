@@ -28,9 +28,11 @@ import numpy as np
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.evolution.neutral_selection import Neutral, is_neutral_control
-from baldwinlab.evolution.variation import Crossover
 from baldwinlab.models.miniworld.backends.browser_arguments import TEACHER_SOURCES
+from baldwinlab.models.miniworld.declarations import Setting, find_sources
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
+from baldwinlab.models.miniworld.state import MiniWorldModel
+from baldwinlab.parts.variation import MUTATION_READERS
 
 # A source, as the docstring of the module describes it.
 Source = Any
@@ -45,28 +47,12 @@ def setting_source(path: str, **changes: Any) -> dict[str, Any]:
 MODEL_SOURCES: Final[Mapping[str, Source]] = {
     "worlds": 1,
     "agents": setting_source("population.size"),
-    "width": setting_source("world.width"),
-    "height": setting_source("world.height"),
-    "random_headings": setting_source("world.start.headings", equals="random"),
-    "visual_radius": setting_source("senses.visual_radius"),
     "alert_radius": {"measured": "alert radius"},
-    "open_boundaries": setting_source("senses.boundaries", equals="open"),
-    "square_contact": setting_source("contact.shape", equals="square"),
-    "reach": setting_source("contact.reach"),
-    "action_noise": setting_source("motor.noise"),
     "learning_steps": {"measured": "learning steps"},
-    "rate": setting_source("learning.rate"),
-    "evolved_rate": setting_source("learning.evolved_rate"),
-}
-# Shapes of the arrays of `MiniWorldModel`.
-MODEL_SHAPES: Final[Mapping[str, tuple[int | str, ...]]] = {
-    "region_kind": ("item regions",),
-    "regions": ("item regions", 4),
-    "region_items": ("region ends",),
-    "region_cells": ("region ends",),
-    "grid": ("item regions", 2),
-    "cell_size": ("item regions", 2),
-    "images": ("item regions",),
+    **{
+        name: setting_source(path, **({} if equals is None else {"equals": equals}))
+        for name, (path, equals) in find_sources(MiniWorldModel, Setting).items()
+    },
 }
 # Sources of the numbers of `BrowserSettings`.
 SETTING_SOURCES: Final[Mapping[str, Source]] = {
@@ -123,9 +109,9 @@ POPULATION_ARRAYS: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
 # Sources of the derived values of parts, by the function that derives them.
 DERIVED_SOURCES: Final[Mapping[Any, Source]] = {
     FeedForward.derived["biases"]: setting_source("network.biases"),
-    Crossover.derived["one_gate"]: setting_source("evolution.mutation_gate", equals="child"),
-    Crossover.derived["rate"]: setting_source("evolution.mutation_rate"),
-    Crossover.derived["size"]: setting_source("evolution.mutation_size"),
+    MUTATION_READERS["mutation_gate"]: setting_source("evolution.mutation_gate", equals="child"),
+    MUTATION_READERS["mutation_rate"]: setting_source("evolution.mutation_rate"),
+    MUTATION_READERS["mutation_size"]: setting_source("evolution.mutation_size"),
     Darwinian.derived["share"]: setting_source("evolution.lamarckian_share"),
     is_neutral_control: setting_source("evolution.selection", equals=Neutral.name),
 }

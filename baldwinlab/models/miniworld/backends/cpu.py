@@ -14,14 +14,11 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
-    choose_population,
-    list_recorders,
+    list_part_classes,
     make_model,
     make_state,
 )
 from baldwinlab.models.miniworld.backends.team import TeamSimulation, team_hooks, uses_team
-from baldwinlab.models.miniworld.learning.control import choose_control
-from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.parallel_step import simulate_in_team
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
@@ -31,14 +28,8 @@ from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 def code_key(experiment: Experiment) -> tuple[Any, ...]:
     """Return the values that select the compiled code of an experiment."""
-    parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
-    parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
-    parts += list_recorders(experiment)
     return (
-        *map(type, parts),
-        choose_lookup(experiment),
-        choose_control(experiment),
-        choose_population(experiment),
+        *list_part_classes(experiment),
         experiment.lifetime.update,
         uses_team(experiment, count_worlds(experiment)),
     )

@@ -20,24 +20,16 @@ from numba import cuda, int32
 from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.engine.phases import make_part_type
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
-from baldwinlab.models.miniworld.items import (
-    MAX_CONTACT_PER_REACH,
-    find_cells_within,
-    find_slots_in_row,
-    is_touching,
-    place_item,
-    position_in_image,
-    resort_stale_cells,
-    sort_into_cells,
-)
+from baldwinlab.models.miniworld.contention import contend, init_item
+from baldwinlab.models.miniworld.items import resort_stale_cells, sort_into_cells
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
-from baldwinlab.models.miniworld.population import agent_number, eats_region
+from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
 from baldwinlab.models.miniworld.state_arrays import reads_other_agents
 from baldwinlab.models.miniworld.step import (
-    AGENT_RANGES,
+    CONTENDING_AGENTS,
     end_step_of_features,
     lane_of,
     observe_others_per_world,
@@ -59,58 +51,15 @@ def _copy(source: Any, target: Any, lane: int) -> None:
 
 
 @device
-def _contend_for_items(
-    agents: Any, model: MiniWorldModel, state: State, step: int, claim: int, is_taking: bool
-) -> bool:
-    """Claim the items that the agent touches, or eat the items that it has claimed (`is_taking`).
-
-    Two calls replace `eat_items` for all agents of a world at the same time: all agents claim, and
-    after a barrier, all agents eat. The highest claim of an item wins.
-    Return whether the agent touches any item.
-    """
-    has_touched = False
-    world = agents.first_world
-    lane = agents.first_lane
-    is_alert = state.alert[0, lane] != 0
-    for region in range(model.regions.shape[0] if is_alert else 0):
-        is_eaten = eats_region(state.population, region)
-        for number in range(model.images[region] if is_eaten else 0):
-            x, y = position_in_image(
-                model, region, number, state.positions[0, lane], state.positions[1, lane]
-            )
-            radius = MAX_CONTACT_PER_REACH * model.reach
-            columns = find_cells_within(model, region, 0, x, radius)
-            first_row, end_row = find_cells_within(model, region, 1, y, radius)
-            for row in range(first_row, end_row):
-                first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
-                for slot in range(first_slot, end_slot):
-                    if is_touching(model, state, world, slot, x, y):
-                        has_touched = True
-                        item = state.slot_item[world, slot]
-                        if not is_taking:
-                            cuda.atomic.max(agents.claims, (world, item), claim)
-                        elif agents.claims[world, item] == claim:
-                            # Claims are even. The odd value marks the item as taken.
-                            agents.claims[world, item] = claim + 1
-                            state.touched[world, item] = step
-                            state.eaten_in_life[region, lane] += 1
-                            place_item(model, state, world, region, item)
-    return has_touched
-
-
-@device
 def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let all agents of a batch eat. Items move only after all agents have claimed."""
     agent = agents.first_agent
-    agents_in_world = model.agents
-    turn = (agent + agents_in_world - step % agents_in_world) % agents_in_world
-    # Claims of later steps are higher. In a step, claims of earlier turns are higher.
-    claim = 2 * (step * agents_in_world + agents_in_world - 1 - turn)
-    has_touched = _contend_for_items(agents, model, state, step, claim, False)
+    is_alert = state.alert[0, agents.first_lane] != 0
+    has_touched = is_alert and contend(agents, model, state, agent, step, False)
     # This barrier also tests whether any agent of the thread block touches an item.
     if cuda.syncthreads_or(int32(has_touched)) != 0:
         if has_touched:
-            _contend_for_items(agents, model, state, step, claim, True)
+            contend(agents, model, state, agent, step, True)
         cuda.syncthreads()
         if agent == 0:
             resort_stale_cells(model, state, agents.first_world)
@@ -124,6 +73,10 @@ class _SingleAgentThread:
     prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
     observe_others_per_world = staticmethod(observe_others_per_world.default)
     wait_for_agents = staticmethod(wait_for_agents.default)
+
+    @staticmethod
+    def raise_claim(agents: Any, world: int, item: int, claim: int) -> None:
+        cuda.atomic.max(agents.claims, (world, item), claim)
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
@@ -165,9 +118,8 @@ class _AgentInBlock(_SingleAgentThread):
         cuda.syncthreads()
 
 
-# `claims` is the highest claim of each item, [world, item].
-SingleAgentThread = make_part_type(_SingleAgentThread, (*AGENT_RANGES, "claims"))
-AgentInBlock = make_part_type(_AgentInBlock, (*AGENT_RANGES, "claims"))
+SingleAgentThread = make_part_type(_SingleAgentThread, CONTENDING_AGENTS)
+AgentInBlock = make_part_type(_AgentInBlock, CONTENDING_AGENTS)
 
 
 def _make_simulation(agents_type: Any) -> Any:
@@ -248,10 +200,7 @@ def make_birth_kernel(threads: int) -> Any:
             for item in range(
                 model.region_items[region] + agent, model.region_items[region + 1], model.agents
             ):
-                claims[world, item] = -1
-                state.touched[world, item] = -1
-                state.appearances[world, item] = 0
-                place_item(model, state, world, region, item)
+                init_item(claims, model, state, world, region, item)
         cuda.syncthreads()
         for region in range(agent, model.regions.shape[0], model.agents):
             sort_into_cells(model, state, world, region)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.atomics import Team
@@ -67,13 +68,15 @@ class TeamSimulation:
         self._arrivals = np.zeros(1, np.int64)
         shared = SharedArrays(
             team=Team(0, threads, self._arrivals),
-            claims=poison.empty(int(model.region_items[-1]), np.int64),
             counts=poison.empty((threads, cells), np.int32),
             totals=poison.empty(threads, np.int64),
         )
+        claims = poison.empty((1, int(model.region_items[-1])), np.int64)
         self._threads = [
-            _agents_of_thread(model, state, shared._replace(team=Team(thread, threads, arrivals)))
-            for thread, arrivals in enumerate([self._arrivals] * threads)
+            _agents_of_thread(
+                model, state, claims, shared._replace(team=Team(thread, threads, self._arrivals))
+            )
+            for thread in range(threads)
         ]
         dispatcher = cached_jit(simulate_in_team, team_hooks(state), short_loops=True)
         arguments = self._threads[0], model, state, False, 0, 0
@@ -94,7 +97,9 @@ class TeamSimulation:
         run_in_threads(simulate, len(self._threads))
 
 
-def _agents_of_thread(model: MiniWorldModel, state: State, shared: SharedArrays) -> Any:
+def _agents_of_thread(
+    model: MiniWorldModel, state: State, claims: npt.NDArray[np.int64], shared: SharedArrays
+) -> Any:
     """Return the agents of a thread: whole SIMD blocks."""
     blocks = state.positions.shape[1] // WIDTH
     thread, threads, _ = shared.team
@@ -108,5 +113,6 @@ def _agents_of_thread(model: MiniWorldModel, state: State, shared: SharedArrays)
         end_world=1,
         first_agent=min(first_lane, model.agents),
         end_agent=min(end_lane, model.agents),
+        claims=claims,
         shared=shared,
     )

@@ -16,7 +16,7 @@ import numpy as np
 
 from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.models.miniworld.features.boxes import Coordinate, Derived, require_on_map
-from baldwinlab.parts import Field, WorldFeature, choose, compiled
+from baldwinlab.parts import Field, LineOfSight, WorldFeature, choose, compiled
 
 Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
@@ -157,9 +157,9 @@ class Walls(WorldFeature, name="walls"):
         return _is_inside(part.edges, part.count, x, y)
 
     @staticmethod
-    def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+    def blocks_sight(part: Any, model: Any, line: LineOfSight) -> Any:
         # False, as a mask with the lanes of dx.
-        blocked = dx * ZERO > ONE
+        blocked = line.dx * ZERO > ONE
         for wall in range(part.edges.shape[0]):
-            blocked = blocked | _blocks_line(part.edges, wall, x, y, dx, dy)
+            blocked = blocked | _blocks_line(part.edges, wall, line.x, line.y, line.dx, line.dy)
         return blocked

@@ -36,7 +36,7 @@ from pydantic import Field
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ONE, TWO, Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.synapses import SynapticRule, for_each_synapse
+from baldwinlab.parts.synapses import Synapse, SynapticRule, for_each_synapse
 
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
@@ -54,9 +54,9 @@ class _FixedCoefficients(SynapticRule):
     d: float = Field(0.0, ge=-1, le=1, description="D, constant term.")
 
     @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
+    def compute_change(part: Any, state: State, synapse: Synapse, lane: Lane) -> Value:
+        x = synapse.x
+        y = synapse.y
         return part.a * x * y + part.b * x + part.c * y + part.d
 
 
@@ -119,11 +119,12 @@ class _EvolvedCoefficients(SynapticRule):
             put(part.d, weight, lane, clamp(get(genes, gene + 3 * weights, lane), ONE))
 
     @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        change = get(part.a, synapse, lane) * x * y + get(part.b, synapse, lane) * x
-        return change + get(part.c, synapse, lane) * y + get(part.d, synapse, lane)
+    def compute_change(part: Any, state: State, synapse: Synapse, lane: Lane) -> Value:
+        weight = synapse.number
+        x = synapse.x
+        y = synapse.y
+        change = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
+        return change + get(part.c, weight, lane) * y + get(part.d, weight, lane)
 
 
 class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):

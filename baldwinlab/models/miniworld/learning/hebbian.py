@@ -31,7 +31,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.synapses import SynapticRule, compute_change
+from baldwinlab.parts.synapses import Synapse, SynapticRule, compute_change
 
 FOUR = np.float32(4)
 # Numbers of the rules, for compiled code.
@@ -85,26 +85,23 @@ class _StrengthRule(SynapticRule):
             state.weights[weight, lane] = min(max(weight_at_birth, -ONE), ONE)
 
     @staticmethod
-    def change_synapse(
-        part: Any, state: State, rate: Value, synapse: int, x: Value, y: Value, lane: Lane
-    ) -> None:
+    def change_synapse(part: Any, state: State, synapse: Synapse, lane: Lane) -> None:
         """Change the strength of a weight, and limit it to [0, 1]."""
-        sign = get(part.signs, synapse, lane)
-        strength = get(state.weights, synapse, lane) * sign
-        change = compute_change(part, state, synapse, strength, x, y, lane)
-        strength = strength + rate * change
+        sign = get(part.signs, synapse.number, lane)
+        strength = synapse.weight * sign
+        strength_synapse = Synapse(synapse.number, strength, synapse.x, synapse.y, synapse.rate)
+        change = compute_change(part, state, strength_synapse, lane)
+        strength = strength + synapse.rate * change
         # Rounding can exceed the limits.
         strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))
-        put(state.weights, synapse, lane, sign * strength)
+        put(state.weights, synapse.number, lane, sign * strength)
 
 
 def _change_by(rule: int) -> Any:
     """Return the hook `compute_change` of a rule."""
 
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(rule, weight, x, y)
+    def compute_change(part: Any, state: State, synapse: Synapse, lane: Lane) -> Value:
+        return compute_strength_change(rule, synapse.weight, synapse.x, synapse.y)
 
     return staticmethod(compute_change)
 

@@ -29,7 +29,7 @@ from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.population import agent_number, is_alive
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
-from baldwinlab.parts.networks import backward, forward
+from baldwinlab.parts.networks import Training, backward, forward
 
 # Number of random words that `philox` returns.
 WORDS_PER_DRAW: Final = 4
@@ -41,8 +41,8 @@ FORAGER_ACTIONS: Final = ("left", "forward", "right")
 def _learn_targets(part: Any, state: State, lane: Lane) -> None:
     """Learn by backpropagation toward `part.output_targets`."""
     rate = get(state.rate, 0, lane)
-    targets = part.output_targets
-    backward(state.network, rate, state.weights, state.activations, state.errors, targets, lane)
+    training = Training(rate, state.weights, state.activations, state.errors, part.output_targets)
+    backward(state.network, training, lane)
 
 
 @compiled

@@ -47,7 +47,7 @@ from baldwinlab.models.miniworld.learning.previous_step import (
 from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
 from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.networks import forward
+from baldwinlab.parts.networks import Training, forward
 
 # A random float32 in [0, 1) has 24 bits, and the oracle takes one bit per target from it.
 MAX_RANDOM_BITS: Final = 24
@@ -114,16 +114,8 @@ def _learn(part: Any, model: MiniWorldModel, state: State, targets: Any, lane: L
         put(part.activations, k, lane, get(part.last_inputs, k, lane))
     forward(state.network, state.weights, part.activations, lane)
     _learn_prediction(part, model, rate, targets, lane)
-    backpropagate(
-        part.sizes,
-        part.biases,
-        rate,
-        state.weights,
-        part.activations,
-        state.errors,
-        part.hidden_targets,
-        lane,
-    )
+    training = Training(rate, state.weights, part.activations, state.errors, part.hidden_targets)
+    backpropagate(part.sizes, part.biases, training, lane)
     store_step(part, state, lane)
 
 

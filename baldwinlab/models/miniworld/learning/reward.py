@@ -33,7 +33,7 @@ from baldwinlab.models.miniworld.learning.previous_step import (
     store_step,
 )
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.networks import backward, forward
+from baldwinlab.parts.networks import Training, backward, forward
 
 # Arrays of both rules.
 REINFORCEMENT_ARRAYS: Final[Mapping[str, Array]] = {
@@ -65,15 +65,8 @@ def _reinforce(part: Any, state: State, evaluation: Value, lane: Lane) -> None:
         put(part.output_targets, k, lane, choose(change > ZERO, was_done, ONE - was_done))
     rate = rate_with_previous_step(part, state, lane)
     rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
-    backward(
-        state.network,
-        rate,
-        state.weights,
-        part.activations,
-        state.errors,
-        part.output_targets,
-        lane,
-    )
+    training = Training(rate, state.weights, part.activations, state.errors, part.output_targets)
+    backward(state.network, training, lane)
     put(part.evaluation, 0, lane, evaluation)
     store_step(part, state, lane)
     for k in range(actions):

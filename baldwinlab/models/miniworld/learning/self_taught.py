@@ -14,7 +14,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, get
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
-from baldwinlab.parts.networks import backward
+from baldwinlab.parts.networks import Training, backward
 
 # Maximum learning rate of an agent whose gene changes the rate.
 MAX_RATE: Final = 10.0
@@ -46,6 +46,5 @@ class SelfTaught(LearningRule, name="self-taught"):
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
-        backward(
-            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
-        )
+        training = Training(rate, state.weights, state.activations, state.errors, state.targets)
+        backward(state.network, training, lane)

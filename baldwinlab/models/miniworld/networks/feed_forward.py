@@ -19,7 +19,7 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ONE, ZERO, Lane, Value, any_of, fill_lanes, get, put
-from baldwinlab.parts.networks import Network
+from baldwinlab.parts.networks import Network, Training
 
 # Number of units of each layer, from the input to the output.
 Sizes = npt.NDArray[np.int64]
@@ -71,24 +71,24 @@ def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, l
 
 
 @compiled
-def backpropagate(
-    sizes: Sizes,
-    biases: bool,
-    rate: Value,
-    weights: Rows,
-    activations: Rows,
-    errors: Rows,
-    targets: Rows,
-    lane: Lane,
-) -> None:
-    """Take one step of online backpropagation of the outputs toward `targets`.
+def _output_error(training: Training, unit: int, output: int, lane: Lane) -> Value:
+    """Return the error of the unit of an output, times the learning rate."""
+    y = get(training.activations, unit, lane)
+    return training.rate * (y - get(training.targets, output, lane)) * y * (ONE - y)
+
+
+@compiled
+def backpropagate(sizes: Sizes, biases: bool, training: Training, lane: Lane) -> None:
+    """Take one step of online backpropagation of the outputs toward the targets.
 
     The step follows the gradient of half the squared error.
-    `activations` must be those of `feed_forward` with the same weights.
-    `errors` is scratch, with a row per unit.
+    The activations must be those of `feed_forward` with the same weights.
 
     Source: Rumelhart, Hinton and Williams 1986, which the paper cites for its learning rule.
     """
+    weights = training.weights
+    activations = training.activations
+    errors = training.errors
     layers = sizes.size - 1
     # First target unit and first weight of the layer, from the last layer to the first.
     target = 0
@@ -97,8 +97,8 @@ def backpropagate(
         target += sizes[layer]
         weight += (sizes[layer] + int(biases)) * sizes[layer + 1]
     for unit in range(sizes[layers]):
-        y = get(activations, target + unit, lane)
-        put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
+        error = _output_error(training, target + unit, unit, lane)
+        put(errors, target + unit, lane, error)
     # With zero inputs, the weights of the first layer do not change.
     first_layer = 1 if has_zero_inputs(biases, sizes[0], activations, lane) else 0
     for layer in range(layers - 1, first_layer - 1, -1):
@@ -189,21 +189,14 @@ def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> 
 
 
 @compiled
-def _output_error(rate: Value, activations: Rows, output: int, target: Value, lane: Lane) -> Value:
-    """Return the error of an output unit, times the learning rate."""
-    y = get(activations, output, lane)
-    return rate * (y - target) * y * (ONE - y)
-
-
-@compiled
-def backward_three(
-    hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
-) -> None:
+def backward_three(hidden: int, training: Training, lane: Lane) -> None:
     """Compute `backpropagate` for the network of `forward_three`."""
+    weights = training.weights
+    activations = training.activations
     first_output = 3 + hidden
-    first = _output_error(rate, activations, first_output, get(targets, 0, lane), lane)
-    second = _output_error(rate, activations, first_output + 1, get(targets, 1, lane), lane)
-    third = _output_error(rate, activations, first_output + 2, get(targets, 2, lane), lane)
+    first = _output_error(training, first_output, 0, lane)
+    second = _output_error(training, first_output + 1, 1, lane)
+    third = _output_error(training, first_output + 2, 2, lane)
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             row = 3 * hidden + 3 * unit
@@ -262,18 +255,8 @@ class FeedForward(Network, name="feed-forward"):
             feed_forward(part.sizes, part.biases, weights, activations, lane)
 
     @staticmethod
-    def backward(
-        part: Any,
-        rate: Value,
-        weights: Rows,
-        activations: Rows,
-        errors: Rows,
-        targets: Rows,
-        lane: Lane,
-    ) -> None:
+    def backward(part: Any, training: Training, lane: Lane) -> None:
         if _has_three_inputs_and_outputs(part.sizes, part.biases):
-            backward_three(part.sizes[1], rate, weights, activations, targets, lane)
+            backward_three(part.sizes[1], training, lane)
         else:
-            backpropagate(
-                part.sizes, part.biases, rate, weights, activations, errors, targets, lane
-            )
+            backpropagate(part.sizes, part.biases, training, lane)

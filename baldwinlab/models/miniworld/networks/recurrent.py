@@ -19,9 +19,9 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import ONE, Lane, Value
+from baldwinlab.engine.simd import ONE, Lane
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward, Rows, feed_forward
-from baldwinlab.parts import Field, Network, get, put
+from baldwinlab.parts import Field, Network, Training, get, put
 
 
 class _Recurrent(Network):
@@ -145,29 +145,23 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             put(activations, first_output + unit, lane, sigmoid(total))
 
     @staticmethod
-    def backward(
-        part: Any,
-        rate: Value,
-        weights: Rows,
-        activations: Rows,
-        errors: Rows,
-        targets: Rows,
-        lane: Lane,
-    ) -> None:
+    def backward(part: Any, training: Training, lane: Lane) -> None:
         """Apply the delta rule to the weights of the outputs. No other weights learn."""
+        weights = training.weights
         sources = part.inputs + part.hidden
         first_weight = (sources + int(part.biases)) * part.hidden
         first_output = sources + part.hidden
         for unit in range(part.actions):
-            y = get(activations, first_output + unit, lane)
-            error = rate * (y - get(targets, unit, lane)) * y * (ONE - y)
+            y = get(training.activations, first_output + unit, lane)
+            error = training.rate * (y - get(training.targets, unit, lane)) * y * (ONE - y)
             for i in range(part.hidden):
                 weight = first_weight + i * part.actions + unit
                 put(
                     weights,
                     weight,
                     lane,
-                    get(weights, weight, lane) - error * get(activations, sources + i, lane),
+                    get(weights, weight, lane)
+                    - error * get(training.activations, sources + i, lane),
                 )
             if part.biases:
                 bias = first_weight + part.hidden * part.actions + unit

@@ -9,26 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
-
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, hook, per_world
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.senses.sight import is_within_sight
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.world_features import LineOfSight
 
 
 @hook
 def record_agent(
-    part: Any,
-    model: MiniWorldModel,
-    state: State,
-    lane: int,
-    x: np.float32,
-    y: np.float32,
-    dx: np.float32,
-    dy: np.float32,
+    part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
     """Use another agent within sight.
 
@@ -42,12 +34,10 @@ def record_agent(
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
+    line : LineOfSight
+        The line from the agent to the other agent.
     lane : int
         Column of the agent that senses.
-    x, y : float32
-        Position of the agent that senses, in units of length.
-    dx, dy : float32
-        Offset of the other agent, in units of length.
     """
 
 
@@ -73,8 +63,9 @@ def record_agents(part: Any, model: MiniWorldModel, state: State, world: int, ag
         if neighbor != agent:
             dx = shortest_difference(part.positions[world, 0, neighbor] - x, model.width)
             dy = shortest_difference(part.positions[world, 1, neighbor] - y, model.height)
-            if is_within_sight(model, state, x, y, dx, dy):
-                record_agent(part, model, state, lane, x, y, dx, dy)
+            line = LineOfSight(x, y, dx, dy)
+            if is_within_sight(model, state, line):
+                record_agent(part, model, state, line, lane)
 
 
 class AgentSense(Sense):

@@ -18,7 +18,7 @@ from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
 from baldwinlab.models.miniworld.senses.sight import pack_sectors, sense_items, test_sectors
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts import Sense, per_agent
+from baldwinlab.parts import LineOfSight, Sense, per_agent
 
 Sectors = tuple[tuple[float, float] | None, ...]
 # Number of headings in a quarter turn.
@@ -60,7 +60,7 @@ class Neighbours(AgentSense, name="neighbours"):
             if neighbor != agent:
                 dx = shortest_difference(part.positions[world, 0, neighbor] - x, model.width)
                 dy = shortest_difference(part.positions[world, 1, neighbor] - y, model.height)
-                left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
+                left, front, right = test_sectors(model, state, LineOfSight(x, y, dx, dy), heading)
                 bits |= pack_sectors(left, front, right)
         return bits
 

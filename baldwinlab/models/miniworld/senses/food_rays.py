@@ -22,6 +22,7 @@ from baldwinlab.models.miniworld.senses.real_valued import measure_rays
 from baldwinlab.models.miniworld.senses.sight import is_within_sight, rotate_to_heading
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.world_features import LineOfSight
 
 # Half the width of the sector in which a drawing shows a ray, in degrees.
 HALF_SECTOR = 2.0
@@ -77,18 +78,13 @@ class FoodRays(Sense, name="food-rays"):
 
     @staticmethod
     def record_item(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        lane: int,
-        x: np.float32,
-        y: np.float32,
-        dx: np.float32,
-        dy: np.float32,
+        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
     ) -> None:
+        dx = line.dx
+        dy = line.dy
         squared_distance = dx * dx + dy * dy
         contains_agent = squared_distance <= part.item_radius * part.item_radius
-        is_visible = is_within_sight(model, state, x, y, dx, dy)
+        is_visible = is_within_sight(model, state, line)
         heading = int(state.heading[0, lane])
         # Coordinates of the item along and across the heading.
         ahead, right = rotate_to_heading(model, dx, dy, heading)
@@ -104,10 +100,8 @@ class FoodRays(Sense, name="food-rays"):
                 part.nearest[ray, lane] = squared_distance
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
-        measure_rays(part, model, state, world, agent, first)
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
+        measure_rays(part, model, state, world, agent)
 
 
 def _round_each(function: Any, degrees: tuple[float, ...]) -> npt.NDArray[np.float32]:

@@ -20,18 +20,12 @@ from baldwinlab.models.miniworld.items import (
 from baldwinlab.models.miniworld.regions import item_kinds, kind_number
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.world_features import LineOfSight
 
 
 @hook
 def record_item(
-    part: Any,
-    model: MiniWorldModel,
-    state: State,
-    lane: int,
-    x: np.float32,
-    y: np.float32,
-    dx: np.float32,
-    dy: np.float32,
+    part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
     """Use an item in range.
 
@@ -46,12 +40,10 @@ def record_item(
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
+    line : LineOfSight
+        The line from the agent to the item.
     lane : int
         Column of the agent that senses.
-    x, y : float32
-        Position of the agent that senses, in units of length.
-    dx, dy : float32
-        Offset of the item, in units of length.
     """
 
 
@@ -86,7 +78,7 @@ def _record_region_items(
                     if _squared_distance(state, world, slot, x, y) <= squared_range:
                         dx = state.slot_x[world, slot] - x
                         dy = state.slot_y[world, slot] - y
-                        record_item(part, model, state, lane, x, y, dx, dy)
+                        record_item(part, model, state, LineOfSight(x, y, dx, dy), lane)
 
 
 @compiled

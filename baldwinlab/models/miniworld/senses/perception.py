@@ -83,7 +83,7 @@ def _write_inputs(
     """Set the inputs of an agent from `first_row` on."""
     for sense_part in senses:
         if type(sense_part).part.is_continuous:
-            measure(sense_part, model, state, world, agent, first_row)
+            measure(sense_part, model, state, world, agent)
         else:
             _write_bits(sense_part, model, state, world, agent, first_row)
         first_row += count_inputs(sense_part)
@@ -99,7 +99,7 @@ def _choose_write_inputs(
 
     def write(senses: Any, model: Any, state: Any, world: int, agent: int, first_row: int) -> None:
         if is_continuous:
-            measure(senses[0], model, state, world, agent, first_row)
+            measure(senses[0], model, state, world, agent)
         else:
             _write_bits(senses[0], model, state, world, agent, first_row)
         write_inputs(senses[1:], model, state, world, agent, first_row + count_inputs(senses[0]))

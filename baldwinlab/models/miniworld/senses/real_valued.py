@@ -31,6 +31,7 @@ from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import rotate_to_heading, select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense, count_inputs
+from baldwinlab.parts.world_features import LineOfSight
 
 N_RAYS = 5
 # Number of headings (of 9 degrees) between two rays.
@@ -60,26 +61,19 @@ class Nearest(ItemSense, name="nearest"):
 
     @staticmethod
     def record_item(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        lane: int,
-        x: np.float32,
-        y: np.float32,
-        dx: np.float32,
-        dy: np.float32,
+        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
     ) -> None:
+        dx = line.dx
+        dy = line.dy
         squared_distance = dx * dx + dy * dy
         is_nearer = squared_distance < part.nearest[0, lane]
-        if select_visible(state.features, model, x, y, dx, dy, is_nearer):
+        if select_visible(state.features, model, line, is_nearer):
             part.nearest[0, lane] = squared_distance
             part.nearest[1, lane] = dx
             part.nearest[2, lane] = dy
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         lane = world * model.agents + agent
         part.nearest[0, lane] = INFINITY
         record_items(part, model, state, world, agent)
@@ -94,8 +88,8 @@ class Nearest(ItemSense, name="nearest"):
             distance = min(
                 ONE, np.float32(square_root(part.nearest[0, lane])) / model.visual_radius
             )
-        state.activations[first, lane] = angle
-        state.activations[first + 1, lane] = distance
+        state.activations[part.first_input, lane] = angle
+        state.activations[part.first_input + 1, lane] = distance
 
 
 class Smell(ItemSense, name="smell"):
@@ -138,17 +132,10 @@ class Smell(ItemSense, name="smell"):
 
     @staticmethod
     def record_item(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        lane: int,
-        x: np.float32,
-        y: np.float32,
-        dx: np.float32,
-        dy: np.float32,
+        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
     ) -> None:
         heading = int(state.heading[0, lane])
-        u, v = rotate_to_heading(model, dx, dy, heading)
+        u, v = rotate_to_heading(model, line.dx, line.dy, heading)
         for side in range(2):
             across = v + part.nostril_distance if side == 0 else v - part.nostril_distance
             closeness = ONE - (u * u + across * across) / (part.reach * part.reach)
@@ -156,16 +143,14 @@ class Smell(ItemSense, name="smell"):
                 part.strength[side, lane] += closeness * closeness
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         lane = world * model.agents + agent
         part.strength[0, lane] = ZERO
         part.strength[1, lane] = ZERO
         record_items(part, model, state, world, agent)
         for side in range(2):
             strength = part.strength[side, lane]
-            state.activations[first + side, lane] = strength / (ONE + strength)
+            state.activations[part.first_input + side, lane] = strength / (ONE + strength)
 
 
 class EnergySense(Sense, name="energy"):
@@ -187,18 +172,16 @@ class EnergySense(Sense, name="energy"):
     derived: ClassVar[Mapping[str, Any]] = ENERGY_VALUES
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         lane = world * model.agents + agent
         gained_energy = max(energy_in_life(part, state, lane), ZERO)
-        state.activations[first, lane] = gained_energy / (gained_energy + part.half_saturation)
+        state.activations[part.first_input, lane] = gained_energy / (
+            gained_energy + part.half_saturation
+        )
 
 
 @compiled
-def measure_rays(
-    part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-) -> None:
+def measure_rays(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Write the inputs of a sense with an input for each ray.
 
     An input is 1 - distance / `model.visual_radius` of the nearest item on the ray. The hook
@@ -212,7 +195,7 @@ def measure_rays(
     record_items(part, model, state, world, agent)
     for ray in range(n_rays):
         distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
-        state.activations[first + ray, lane] = max(ONE - distance, ZERO)
+        state.activations[part.first_input + ray, lane] = max(ONE - distance, ZERO)
 
 
 class Rays(ItemSense, name="rays"):
@@ -241,20 +224,13 @@ class Rays(ItemSense, name="rays"):
 
     @staticmethod
     def record_item(
-        part: Any,
-        model: MiniWorldModel,
-        state: State,
-        lane: int,
-        x: np.float32,
-        y: np.float32,
-        dx: np.float32,
-        dy: np.float32,
+        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
     ) -> None:
+        dx = line.dx
+        dy = line.dy
         squared_distance = dx * dx + dy * dy
         squared_radius = part.item_radius * part.item_radius
-        is_visible = select_visible(
-            state.features, model, x, y, dx, dy, squared_distance < INFINITY
-        )
+        is_visible = select_visible(state.features, model, line, squared_distance < INFINITY)
         first_direction = int(state.heading[0, lane]) - N_RAYS // 2 * HEADINGS_BETWEEN_RAYS
         for ray in range(N_RAYS if is_visible else 0):
             direction = (
@@ -269,7 +245,5 @@ class Rays(ItemSense, name="rays"):
                 part.nearest[ray, lane] = squared_distance
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
-        measure_rays(part, model, state, world, agent, first)
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
+        measure_rays(part, model, state, world, agent)

@@ -44,7 +44,7 @@ from baldwinlab.models.miniworld.items import (
 from baldwinlab.models.miniworld.map import combine_masks
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
-from baldwinlab.parts.world_features import blocks_sight
+from baldwinlab.parts.world_features import LineOfSight, blocks_sight
 
 TAN_15 = np.float32(math.tan(math.radians(15)))
 # Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
@@ -62,27 +62,15 @@ Hits = tuple[Value, Value, Value, Value]
 
 @compiled
 def _exclude_hidden(
-    features: Any,
-    model: MiniWorldModel,
-    x: np.float32,
-    y: np.float32,
-    dx: Value,
-    dy: Value,
-    in_range: Mask,
+    features: Any, model: MiniWorldModel, line: LineOfSight, in_range: Mask
 ) -> Mask:
     """Return the mask of the lanes in range that no feature hides."""
-    return in_range & negated(is_hidden(features, model, x, y, dx, dy))
+    return in_range & negated(is_hidden(features, model, line))
 
 
 @compiled
 def _exclude_nothing(
-    features: Any,
-    model: MiniWorldModel,
-    x: np.float32,
-    y: np.float32,
-    dx: Value,
-    dy: Value,
-    in_range: Mask,
+    features: Any, model: MiniWorldModel, line: LineOfSight, in_range: Mask
 ) -> Mask:
     """Return `in_range`, for experiments in which no feature blocks sight."""
     return in_range
@@ -95,9 +83,7 @@ select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
 
 
 @compiled
-def is_within_sight(
-    model: MiniWorldModel, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value
-) -> Mask:
+def is_within_sight(model: MiniWorldModel, state: State, line: LineOfSight) -> Mask:
     """Return whether an agent sees an item or agent: in range, and not behind a wall.
 
     Parameters
@@ -106,18 +92,17 @@ def is_within_sight(
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
-    x, y : float32
-        Position of the agent that senses, in units of length.
-    dx, dy : float32, or a SIMD block
-        Offset of the item or agent, in units of length.
+    line : LineOfSight
+        The line from the agent to the item or other agent.
 
     Returns
     -------
     bool, or a mask
         True if the distance is at most `model.visual_radius` and no feature blocks sight.
     """
-    in_range = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
-    return select_visible(state.features, model, x, y, dx, dy, in_range)
+    squared_distance = line.dx * line.dx + line.dy * line.dy
+    in_range = squared_distance <= model.visual_radius * model.visual_radius
+    return select_visible(state.features, model, line, in_range)
 
 
 @compiled
@@ -132,19 +117,13 @@ def rotate_to_heading(
 
 @compiled
 def test_sectors(
-    model: MiniWorldModel,
-    state: State,
-    x: np.float32,
-    y: np.float32,
-    dx: Value,
-    dy: Value,
-    heading: int,
+    model: MiniWorldModel, state: State, line: LineOfSight, heading: int
 ) -> tuple[Mask, Mask, Mask]:
-    """Return whether an item (dx, dy) away from (x, y) is in the left, front and right sector."""
-    u, v = rotate_to_heading(model, dx, dy, heading)
+    """Return whether the end of a line is in the left, front and right sector."""
+    u, v = rotate_to_heading(model, line.dx, line.dy, heading)
     sector_edge = u * TAN_15
     across = abs(v)
-    visible = is_within_sight(model, state, x, y, dx, dy)
+    visible = is_within_sight(model, state, line)
     front = visible & ((across < sector_edge) if model.open_boundaries else (across <= sector_edge))
     side = visible & (across > sector_edge) & (across < u)
     return side & (v < ZERO), front, side & (v > ZERO)
@@ -206,7 +185,8 @@ def _test_items(
     squared_distance = dx * dx + dy * dy
     u, v = rotate_to_heading(model, dx, dy, heading)
     # An item out of sight counts as an item behind the agent.
-    u = choose(is_within_sight(model, state, x, y, dx, dy), u, -ONE)
+    is_visible = is_within_sight(model, state, LineOfSight(x, y, dx, dy))
+    u = choose(is_visible, u, -ONE)
     across = abs(v)
     # The signs of differences are exact.
     excess = across - u * TAN_15

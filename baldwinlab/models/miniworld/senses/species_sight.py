@@ -15,7 +15,7 @@ from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import INFINITY, ONE
-from baldwinlab.models.miniworld.population import see_species
+from baldwinlab.models.miniworld.population import SpeciesScan, see_species
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
@@ -47,9 +47,7 @@ class SpeciesInSight(SpeciesSense, name="species-in-sight"):
 
     @staticmethod
     def sense(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> int:
-        see_species(
-            state.population, model, state, world, agent, part.target_number, part.distances
-        )
+        see_species(state.population, model, state, SpeciesScan(part, world, agent))
         lane = world * model.agents + agent
         bits = 0
         for sector in range(N_SECTORS):
@@ -73,13 +71,9 @@ class SpeciesNearness(SpeciesSense, name="species-nearness"):
     is_continuous: ClassVar[bool] = True
 
     @staticmethod
-    def measure(
-        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
-    ) -> None:
-        see_species(
-            state.population, model, state, world, agent, part.target_number, part.distances
-        )
+    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
+        see_species(state.population, model, state, SpeciesScan(part, world, agent))
         lane = world * model.agents + agent
         for sector in range(N_SECTORS):
             share = min(part.distances[sector, lane] / model.visual_radius, ONE)
-            state.activations[first + sector, lane] = ONE - share
+            state.activations[part.first_input + sector, lane] = ONE - share

@@ -18,6 +18,7 @@ from baldwinlab.models.miniworld.networks.feed_forward import (
     feed_forward,
     forward_three,
 )
+from baldwinlab.parts.networks import Training
 from tests import naive
 
 
@@ -59,7 +60,8 @@ def train_general(
     for first in range(0, weights.shape[1], lanes_in_block()):
         feed_forward(sizes, False, weights, activations, simd_block(first))
         rate = get(rates, 0, simd_block(first))
-        backpropagate(sizes, False, rate, weights, activations, errors, targets, simd_block(first))
+        training = Training(rate, weights, activations, errors, targets)
+        backpropagate(sizes, False, training, simd_block(first))
 
 
 def train_specialized(
@@ -67,14 +69,9 @@ def train_specialized(
 ) -> None:
     for first in range(0, weights.shape[1], lanes_in_block()):
         forward_three(sizes[1], weights, activations, simd_block(first))
-        backward_three(
-            sizes[1],
-            get(rates, 0, simd_block(first)),
-            weights,
-            activations,
-            targets,
-            simd_block(first),
-        )
+        rate = get(rates, 0, simd_block(first))
+        training = Training(rate, weights, activations, errors, targets)
+        backward_three(sizes[1], training, simd_block(first))
 
 
 @pytest.mark.parametrize("hidden", [1, 2, 10, 17])

@@ -18,6 +18,7 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.networks.feed_forward import Rows
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
@@ -67,9 +68,8 @@ class Net:
     def learn(self, rate: float, target: Sequence[float]) -> None:
         targets = np.array(target, np.float32).reshape(-1, 1)
         errors = np.zeros_like(self.units)
-        self.part.backward(
-            self.values, np.float32(rate), self.weights, self.units, errors, targets, 0
-        )
+        training = Training(np.float32(rate), self.weights, self.units, errors, targets)
+        self.part.backward(self.values, training, 0)
 
 
 def draw_inputs(steps: int, seed: int = 1) -> npt.NDArray[np.int64]:
