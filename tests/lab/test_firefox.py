@@ -62,7 +62,7 @@ def test_a_shared_page_plays_from_its_file(
     path = tmp_path / "shared.html"
     path.write_bytes(get_response(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
-    browser.wait_for(f"{STEP} === 'step 40 of 300'")
+    browser.wait_for(f"{STEP} === '40 / 299'")
     check_layout(browser.evaluate(f"({MEASURE})('lab/world.js')"), 1)
 
 
@@ -91,7 +91,7 @@ def test_a_trace_plays_in_the_frame_of_a_notebook(tmp_path: Path) -> None:
     with open_firefox(tmp_path / "profile") as opened:
         opened.open(path.as_uri(), 800, 800)
         opened.enter_frame()
-        opened.wait_for(f"{STEP}.startsWith('step 0 of')")
+        opened.wait_for(f"{STEP}.startsWith('0 /')")
         assert opened.errors == []
 
 

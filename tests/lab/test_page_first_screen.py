@@ -184,8 +184,8 @@ def test_the_world_tab_opens_with_learners_and_controls_of_the_newest_study(
     expect(touch_page.locator("[data-ready]")).to_have_count(2)
     expect(touch_page.get_by_test_id("condition-a")).to_have_value("evo+self-taught/A")
     expect(touch_page.get_by_test_id("condition-b")).to_have_value("evo/A")
-    expect(touch_page.get_by_test_id("eaten-a")).to_contain_text("learns · ")
-    expect(touch_page.get_by_test_id("eaten-b")).to_contain_text("cannot learn · ")
+    expect(touch_page.get_by_test_id("world-a-count")).to_contain_text("learns · ")
+    expect(touch_page.get_by_test_id("world-b-count")).to_contain_text("cannot learn · ")
     expect(touch_page.get_by_test_id("question")).to_have_text(
         "Do agents that learn during life eat more than agents that cannot?"
     )

@@ -57,7 +57,7 @@ def test_a_map_shows_a_density_and_after_zooming_in_single_agents(
         legend = page.get_by_test_id("density-legend")
         expect(legend).to_contain_text(f"agents {UNIT}")
         expect(legend).to_contain_text(f"food {UNIT}")
-        expect(page.get_by_test_id("eaten-a")).to_contain_text(f"of {CROWD_SIZE:,} ate")
+        expect(page.get_by_test_id("world-a-count")).to_contain_text(f"of {CROWD_SIZE:,} ate")
         canvas = page.get_by_test_id("world-a")
         both = canvas.screenshot()
         page.get_by_test_id("density-agents").uncheck()

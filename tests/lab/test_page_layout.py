@@ -26,7 +26,7 @@ MEASURE = """async module => {
     const world = { width: 640, height: 640 };
     const edge = ({ clientWidth: width, clientHeight: height }) =>
         640 * scale.call({ width, height, camera, world });
-    const canvases = [...document.querySelectorAll(".stage canvas, .figure-stage canvas")];
+    const canvases = [...document.querySelectorAll(".stage canvas")];
     const maps = canvases.map(edge);
     const view = document.querySelector("main");
     const page = document.documentElement;
@@ -132,7 +132,7 @@ def test_the_maps_of_a_shared_page_are_large_enough(
     for width, height, dots in LOW:
         with open_window(browser, width, height, dots) as page:
             page.goto(path.as_uri())
-            expect(page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+            expect(page.get_by_test_id("replay-step")).to_have_text("40 / 299")
             expect(page.get_by_test_id("replay-play")).to_be_in_viewport()
             check_page_layout(page, n_worlds, "lab/world.js")
             page.get_by_test_id("replay-canvas-agent").first.select_option("3")
@@ -155,7 +155,7 @@ def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
             page.goto(run)
             expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1")
             check_page_layout(page, 1)
-            page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
+            page.evaluate("document.querySelector('.live-world .stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             page.get_by_test_id("live-canvas-agent").select_option("3")
             expect(page.get_by_test_id("relatives")).to_contain_text("parents")

@@ -57,7 +57,7 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&b.condition=evo/A")
     expect(page.locator("[data-ready]")).to_have_count(2)
     # With reduced motion, nothing plays.
-    expect(page.get_by_test_id("play")).to_have_attribute("aria-label", "Play (space)")
+    expect(page.get_by_test_id("play")).to_have_attribute("aria-label", "Play")
     check_width(page)
     assert find_violations(page) == []
     page.get_by_test_id("behavior").click()

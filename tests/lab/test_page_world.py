@@ -113,7 +113,7 @@ def test_the_number_of_eaten_items_is_that_of_the_replay(page: Page) -> None:
     for step in (120, 299, 3):
         open_world(page, f"{SELF_TAUGHT}&step={step}")
         totals = eaten.isel(step=step)
-        expect(find(page, "eaten-a")).to_have_text(
+        expect(find(page, "world-a-count")).to_have_text(
             f"learns · {int(totals.sum())} eaten · {int((totals > 0).sum())} of 20 ate"
         )
 
@@ -283,7 +283,7 @@ def test_a_lost_connection_shows_a_message_until_it_is_restored(
     expect(find(page, "connection")).to_be_visible()
     page.unroute("**/api/**")
     expect(find(page, "connection")).to_be_hidden()
-    expect(find(page, "eaten-a")).to_contain_text("of 20 ate")
+    expect(find(page, "world-a-count")).to_contain_text("of 20 ate")
     context.close()
 
 

@@ -273,8 +273,15 @@ export function showUnhandledErrors() {
   });
 }
 
+/** Set the text of an element. An equal text causes no layout. */
+export function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+// A number has the format of the page's language, not that of the browser.
 const formats = [0, 1, 2, 3].map(
-  (digits) => new Intl.NumberFormat("en", { maximumFractionDigits: digits }),
+  (digits) =>
+    new Intl.NumberFormat(document.documentElement.lang, { maximumFractionDigits: digits }),
 );
 
 /** Format a number for reading: 12,345 or 12.3 or 0.012. */

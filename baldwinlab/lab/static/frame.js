@@ -1,5 +1,7 @@
 /** A frame of a world with many agents: the visible agents and items, or their density. */
 
+import { formatEaten } from "./recording.js";
+
 /**
  * @typedef {object} Window a part of the map, in map units, divided into squares
  * @property {number} left
@@ -43,10 +45,7 @@ export class Frame {
 
   /** Return the text about the eaten items. */
   describeEaten() {
-    const [items, eaters, agents] = [this.eaten.items, this.eaten.eaters, this.header.agents].map(
-      (number) => number.toLocaleString("en"),
-    );
-    return `${items} eaten · ${eaters} of ${agents} ate`;
+    return formatEaten(this.eaten, this.header.agents);
   }
 
   /** Return the number of items that a visible agent has eaten. */

@@ -28,6 +28,7 @@ export class FrameStream {
     this.failed = failed;
     // A stream has no recordings, so the timeline marks no meals.
     this.parts = new Map();
+    this.isStream = true;
     this.header = null;
     /** @type {import("./frame.js").Frame[]} in the order of their steps */
     this.frames = [];
@@ -38,11 +39,6 @@ export class FrameStream {
     this.stop = new AbortController();
     // The first request only describes the world.
     this.load({ count: 0 });
-  }
-
-  /** Whether this is a stream of frames, and not a lifetime of recordings. */
-  get isStream() {
-    return true;
   }
 
   /** Whether the world is described. */

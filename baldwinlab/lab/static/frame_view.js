@@ -90,10 +90,8 @@ export class FrameView {
 }
 
 function describeProgress({ stepsSimulated }, time) {
-  const [done, step] = [stepsSimulated, Math.floor(time)].map((number) =>
-    number.toLocaleString("en")
-  );
-  return `Simulating: ${done} steps done, up to step ${step} …`;
+  const step = formatNumber(Math.floor(time));
+  return `Simulating: ${formatNumber(stepsSimulated)} steps done, up to step ${step} …`;
 }
 
 /** Return the eaten items, and the rate of simulation if it limits playback. */

@@ -1,10 +1,10 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { el, formatNumber } from "./common.js";
+import { el, formatNumber, setText } from "./common.js";
 import { createLegendEntry } from "./legend.js";
 import { formatColor, palette, resolveColor } from "./palette.js";
 import { chooseSpeed, Player } from "./player.js";
-import { createPlayButton, showPlaying } from "./player_controls.js";
+import { TimeBar } from "./time_bar.js";
 
 // By heading.
 const DIRECTIONS = ["right", "down", "left", "up"];
@@ -14,6 +14,7 @@ export class GridView {
   constructor(onStep) {
     this.onStep = onStep;
     this.player = new Player((time) => this.draw(Math.floor(time)));
+    this.bar = new TimeBar(this.player, "grid-");
     this.player.changed = () => this.changed();
     this.heading = el("h2", { "data-testid": "view-heading" });
     this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend" });
@@ -22,29 +23,18 @@ export class GridView {
       "aria-label": "The lifetime, described below",
       "data-testid": "grid",
     });
-    this.toggle = createPlayButton("grid-play", () => this.player.toggle());
-    this.slider = el("input", {
-      type: "range",
-      min: 0,
-      step: 1,
-      value: 0,
-      "aria-label": "Step",
-      oninput: () => this.player.seek(this.slider.valueAsNumber),
-    });
     this.description = el("p", { class: "number", "data-testid": "grid-description" });
     this.stage = el("div", { class: "grid-stage" }, this.canvas);
-    const time = el("div", { class: "grid-time" }, this.toggle, this.slider);
     this.root = el(
       "div",
       { class: "view" },
       el("div", { class: "row" }, this.heading, this.legend),
       this.stage,
-      time,
+      this.bar.createRow(),
       this.description,
     );
     this.sized = new ResizeObserver(() => this.player.invalidate());
     this.sized.observe(this.canvas);
-    this.changed();
   }
 
   clear() {
@@ -77,7 +67,6 @@ export class GridView {
       last: steps - 1,
       ...(first && { speed: Math.min(chooseSpeed(steps), 2) }),
     });
-    this.slider.max = String(steps - 1);
     this.player.seek(this.player.time);
   }
 
@@ -90,17 +79,17 @@ export class GridView {
   }
 
   changed() {
-    showPlaying(this.toggle, this.player.playing);
+    this.bar.showTime();
     this.onStep();
   }
 
   draw(step) {
     const { life, canvas } = this;
     if (!life) return true;
-    if (this.slider.valueAsNumber !== step) this.slider.value = String(step);
+    this.bar.draw(step);
     const text = this.describeStep(step);
-    if (this.description.textContent !== text) this.description.textContent = text;
-    this.slider.setAttribute("aria-valuetext", text);
+    setText(this.description, text);
+    this.bar.timeline.slider.setAttribute("aria-valuetext", text);
     const pixelRatio = Math.min(devicePixelRatio || 1, 2);
     canvas.width = Math.max(1, canvas.clientWidth * pixelRatio);
     canvas.height = Math.max(1, canvas.clientHeight * pixelRatio);

@@ -177,7 +177,7 @@ export class Inspector {
     if (header.species) this.title.textContent = `Agent ${header.agent}, ${header.species}`;
     // The rank is unknown if the fitness depends on earlier generations that are not stored.
     const rank = header.rank === null ? "" : ` · rank\u00a0${header.rank}`;
-    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten${rank}`;
+    this.facts.textContent = `${formatNumber(header.food)} items eaten${rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     this.setTraces(header, arrays);

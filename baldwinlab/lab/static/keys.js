@@ -27,10 +27,8 @@ export function handleWorldKey(event, view) {
   // The keys of a dialog do not control the world.
   if (document.querySelector("dialog[open]") || !view.panels.length) return;
   const { player } = view;
-  handleKey(event, view.timeline.slider, {
-    " ": () => player.toggle(),
-    ArrowLeft: () => player.step(event.shiftKey ? -100 : -1),
-    ArrowRight: () => player.step(event.shiftKey ? 100 : 1),
+  handleKey(event, view.bar.timeline.slider, {
+    ...listTimeActions(event, player, 100),
     Home: () => player.seek(0),
     End: () => player.seek(player.last),
     n: () => view.goToMeal(1),
@@ -44,7 +42,7 @@ export function handleWorldKey(event, view) {
     0: () => view.fit(),
     c: () => view.toggleComparison(),
     a: () => view.set({ listing: !view.listing }),
-    Escape: () => view.pick(view.side, null),
+    Escape: () => view.selectAgent(view.selectedMap, null),
   });
 }
 
@@ -54,25 +52,32 @@ export function handleWorldKey(event, view) {
  * @param {import("./model_tab.js").ModelTab} view
  */
 export function handleGenerationKey(event, view) {
-  const { player } = view.panel.drawer ?? {};
-  const time = player && {
-    " ": () => player.toggle(),
-    ArrowLeft: () => player.step(event.shiftKey ? -10 : -1),
-    ArrowRight: () => player.step(event.shiftKey ? 10 : 1),
-  };
-  handleKey(event, null, {
-    ...time,
+  const { bar } = view.panel.display.drawer ?? {};
+  handleKey(event, bar?.timeline.slider, {
+    ...(bar && listTimeActions(event, bar.player, 10)),
     "[": () => view.panel.move(-1),
     "]": () => view.panel.move(1),
     g: () => view.generationPlayer.toggle(),
   });
 }
 
+/** Return the actions of the keys that control the time. With Shift, an arrow is `longStep` steps. */
+export function listTimeActions({ shiftKey }, player, longStep) {
+  const distance = shiftKey ? longStep : 1;
+  return {
+    " ": () => player.toggle(),
+    ArrowLeft: () => player.step(-distance),
+    ArrowRight: () => player.step(distance),
+  };
+}
+
 /**
- * @param {HTMLElement|null} slider its keys control the complete view
+ * Run the action of a key, unless the focused element uses the key.
+ * @param {KeyboardEvent} event
+ * @param {HTMLElement|undefined} slider its keys control the complete view
  * @param {Object<string, () => void>} actions by key
  */
-function handleKey(event, slider, actions) {
+export function handleKey(event, slider, actions) {
   if (
     event.ctrlKey ||
     event.metaKey ||
@@ -88,7 +93,7 @@ function handleKey(event, slider, actions) {
 /** Return whether the focused element uses this key itself. */
 function usesKey({ target, key }, slider) {
   if (target.matches?.("select, textarea, input:not([type=range], [type=checkbox])")) return true;
-  if (target.matches?.("button, a, input[type=checkbox]")) return key === " ";
+  if (target.matches?.("button, a, summary, input[type=checkbox]")) return key === " ";
   return (
     target.matches?.("input[type=range]") && target !== slider && /^(Arrow|Home|End|Page)/.test(key)
   );

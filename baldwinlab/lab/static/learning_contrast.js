@@ -6,7 +6,7 @@ import { Lead } from "./lead.js";
 import { chooseSpeed } from "./player.js";
 import { matchProgram } from "./program_table.js";
 import { Recording } from "./recording.js";
-import { createLifetime } from "./world_figure.js";
+import { addFigure } from "./world_figure.js";
 import { WorldGroup } from "./world_group.js";
 
 const LABELS = ["With learning", "Without learning"];
@@ -38,7 +38,7 @@ export function createContrast(lab, experiment) {
   return canSimulate ? [learners, controls] : null;
 }
 
-export class LearningContrast {
+export class LearningContrast extends WorldGroup {
   /**
    * @param {import("./browser_lab.js").BrowserLab} lab
    * @param {object[]} experiments the result of `createContrast`
@@ -46,14 +46,12 @@ export class LearningContrast {
    * @param {import("./guide.js").Guide} guide
    */
   constructor(lab, experiments, seed, guide) {
+    super("contrast-");
     this.lab = lab;
     this.experiments = experiments;
     this.seed = seed;
     this.feeds = [];
-    this.group = new WorldGroup(
-      "contrast",
-      LABELS.map((label, index) => [label, `contrast-${"ab"[index]}`]),
-    );
+    const figures = LABELS.map((label, index) => addFigure(this, label, `contrast-${"ab"[index]}`));
     this.lead = new Lead(guide, () => {});
     // Whether the lifetime plays when it comes in sight.
     this.resumes = true;
@@ -64,13 +62,13 @@ export class LearningContrast {
       "section",
       { class: "card contrast", "data-testid": "contrast" },
       this.lead.root,
-      el("div", { class: "contrast-worlds" }, this.group.figures.map(createWorld)),
-      this.group.bar.root,
+      el("div", { class: "contrast-worlds" }, figures.map(createWorld)),
+      this.bar.createRow(),
     );
   }
 
   get panels() {
-    return this.group.lives.map((life, index) => ({
+    return this.maps.map(({ life }, index) => ({
       source: { condition: LABELS[index], generation: life.header.generation },
       life,
     }));
@@ -83,17 +81,14 @@ export class LearningContrast {
     );
     const run = findTypicalRun(feeds[0]);
     const recordings = await Promise.all(feeds.map((feed) => loadLastGeneration(feed, run)));
-    if (this.closed) return;
-    const { player } = this.group;
-    const { steps } = recordings[0];
-    this.group.show(recordings.map(createLifetime));
-    player.last = steps - 1;
-    player.setSpeed(chooseSpeed(steps));
+    if (this.leaving.signal.aborted) return;
+    this.showRecordings(recordings);
+    this.player.setSpeed(chooseSpeed(recordings[0].steps));
     this.lead.ask(this.panels);
     const { generation } = recordings[0].header;
     this.lead.startBefore(
       findFirstMeal(recordings),
-      player,
+      this.player,
       `Generation ${generation}, typical run. `,
     );
     this.sight.observe(this.element);
@@ -101,7 +96,7 @@ export class LearningContrast {
 
   /** Pause while out of sight. */
   setInSight(isInSight) {
-    const { player } = this.group;
+    const { player } = this;
     if (isInSight) {
       if (this.resumes) player.autoplay();
       this.resumes = false;
@@ -127,15 +122,14 @@ export class LearningContrast {
   }
 
   close() {
-    this.closed = true;
+    super.close();
     this.sight.disconnect();
-    this.group.close();
     for (const feed of this.feeds) feed.close();
   }
 }
 
-function createWorld({ stage, count }, index) {
-  const caption = el("figcaption", {}, el("strong", {}, LABELS[index]), " · ", count);
+function createWorld({ stage, note }, index) {
+  const caption = el("figcaption", {}, el("strong", {}, LABELS[index]), " · ", note);
   return el("figure", {}, stage, caption);
 }
 

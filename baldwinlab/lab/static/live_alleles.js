@@ -1,13 +1,8 @@
 /** The alleles of a live run of a model without a world: newest or selected generation. */
 
-import { AlleleBars } from "./allele_bars.js";
-import { createQuery, el, getBinary, showMessage } from "./common.js";
-import {
-  createNewestButton,
-  createRunPicker,
-  createWorldLink,
-  parseWholeNumber,
-} from "./run_picker.js";
+import { createQuery, el, showMessage } from "./common.js";
+import { LiveSelector } from "./live_selector.js";
+import { ModelDisplay } from "./model_display.js";
 
 export class LiveAlleles {
   /**
@@ -17,89 +12,57 @@ export class LiveAlleles {
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
-    this.id = id;
     this.navigate = navigate;
-    this.generationsDone = 0;
-    this.requestedUrl = "";
     this.isLoading = false;
-    this.savedStudy = null;
-    this.stop = new AbortController();
-    this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
-    this.picked = parseWholeNumber(state.generation);
-    this.bars = new AlleleBars();
-    this.newest = createNewestButton(this.picked === null, () => this.pick(null));
-    this.open = createWorldLink();
-    this.picker = createRunPicker(runs, this.run, (run) => this.pick(this.picked, run));
+    this.selector = new LiveSelector(
+      id,
+      runs,
+      state,
+      (generation, run) => this.showGeneration(generation, run),
+    );
+    this.display = new ModelDisplay(() => "");
+    const { newest, runs: runList, link } = this.selector;
     this.element = el(
       "section",
       { class: "card live-alleles", "aria-label": "Genomes", "data-testid": "live-alleles" },
-      el(
-        "div",
-        { class: "row" },
-        this.newest,
-        el("span", { class: "spread" }),
-        this.picker,
-        this.open,
-      ),
-      this.bars.root,
+      el("div", { class: "row" }, newest, el("span", { class: "spread" }), runList, link),
+      this.display.root,
     );
-    this.showState();
-  }
-
-  get generation() {
-    return Math.min(this.picked ?? Infinity, this.generationsDone - 1);
   }
 
   /** Set the number of finished generations. */
   setGenerationsDone(generationsDone) {
-    this.generationsDone = generationsDone;
+    this.selector.generationsDone = generationsDone;
     this.load();
   }
 
   /** Show a generation of a run, or the newest one (null). */
-  pick(generation, run = this.run) {
-    this.picked = generation;
-    this.run = run;
-    if (this.picker) this.picker.value = String(run);
-    this.navigate({ generation, run: run || null });
-    this.showState();
+  showGeneration(generation, run) {
+    this.selector.select(generation, run);
+    this.navigate({ generation, run: this.selector.run || null });
     this.load();
   }
 
-  /** Load the current generation. Only one request is active at a time. */
+  /** Load the selected generation. Only one request is active at a time. */
   async load() {
-    const { id, run, generation } = this;
-    const url = `api/alleles?${createQuery({ live: id, run, generation })}`;
-    if (this.isLoading || generation < 0 || url === this.requestedUrl) return;
-    this.requestedUrl = url;
+    const { source } = this.selector;
+    const url = `api/alleles?${createQuery(source)}`;
+    if (this.isLoading || source.generation < 0 || url === this.display.requestedUrl) return;
     this.isLoading = true;
-    try {
-      const { header, arrays } = await getBinary(url, this.stop.signal);
-      this.bars.setData(header, arrays);
-      this.bars.show(generation);
-    } catch (error) {
-      if (error.name === "AbortError") return;
+    await this.display.load(url, source.generation).catch((error) => {
       showMessage(error.message, "error");
-    }
+    });
     this.isLoading = false;
-    this.showState();
+    this.selector.update();
     this.load();
   }
 
-  showState() {
-    this.newest.setAttribute("aria-pressed", String(this.picked === null));
-    this.open.hidden = !this.savedStudy;
-    const { savedStudy, run, generation } = this;
-    this.open.href = `#/world?${createQuery({ ...savedStudy, run, generation })}`;
-  }
-
-  /** Set the study that the run was saved as. The World tab can then show it. */
+  /** Set the study that the run was saved as. */
   setSaved(study, condition) {
-    this.savedStudy = { study, condition };
-    this.showState();
+    this.selector.setSaved(study, condition);
   }
 
   close() {
-    this.stop.abort();
+    this.display.close();
   }
 }

@@ -1,7 +1,15 @@
 /** The panel of a live run: progress, curves, world and controls. */
 
 import { createRunSwitch } from "./chart_legend.js";
-import { createButton, createSelect, el, isServerless, postJSON, showMessage } from "./common.js";
+import {
+  createButton,
+  createSelect,
+  el,
+  formatNumber,
+  isServerless,
+  postJSON,
+  showMessage,
+} from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
 import { LiveCurves, STATISTICS } from "./live_curves.js";
 import { listEarlierRuns, nameExperiment, rememberRun } from "./earlier_runs.js";
@@ -52,7 +60,7 @@ export class LivePanel {
         counts,
         runSwitch.querySelector("input"),
         statistic,
-        (generation, run) => this.world.pick(generation, run),
+        (generation, run) => this.world.showGeneration(generation, run),
         listEarlierRuns(),
       );
     };
@@ -105,8 +113,8 @@ export class LivePanel {
     showState(this.badge, state);
     this.progress.max = evolution.generations;
     this.progress.value = generationsDone;
-    this.count.textContent = `${generationsDone.toLocaleString("en")} of ` +
-      `${evolution.generations.toLocaleString("en")} generations`;
+    this.count.textContent = `${formatNumber(generationsDone)} of ` +
+      `${formatNumber(evolution.generations)} generations`;
     this.fault.hidden = !message;
     this.fault.textContent = message;
     this.buttons.update();
@@ -146,7 +154,13 @@ function createEmptyWorld(model) {
     el("p", { class: "soft" }, `The model ${model} has no world to show.`),
   );
   const ignore = () => {};
-  return { element, pick: ignore, setGenerationsDone: ignore, setSaved: ignore, close: ignore };
+  return {
+    element,
+    showGeneration: ignore,
+    setGenerationsDone: ignore,
+    setSaved: ignore,
+    close: ignore,
+  };
 }
 
 /** The buttons of a run: pause, step, stop, change, save, and open the study. */

@@ -5,7 +5,7 @@ import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
 import { PresetPicker } from "./preset_picker.js";
-import { parseWholeNumber } from "./run_picker.js";
+import { parseWholeNumber } from "./live_selector.js";
 import { createNumberField, createSpeedPicker, DEFAULT_SPEED } from "./setup_fields.js";
 
 // Milliseconds after the last change.

@@ -1,24 +1,10 @@
 /** A run on the World tab of a model without a world: generation, agent and view. */
 
-import { AlleleBars } from "./allele_bars.js";
-import { GridView } from "./grid_view.js";
 import { createFreezerButton } from "./freezer_button.js";
 import { LifetimeSelector, setOptions } from "./lifetime_selector.js";
-import { createQuery, el, getBinary } from "./common.js";
-import { MatrixView } from "./matrix_view.js";
-import { PathView } from "./path_view.js";
+import { createQuery, el } from "./common.js";
+import { ModelDisplay } from "./model_display.js";
 
-/**
- * @typedef {object} Drawer draws one kind of view
- * @property {HTMLElement} root
- * @property {(header: Object<string, any>, arrays: Object<string, ArrayLike<number>>, title:
- *   string) => void} setData
- * @property {(generation: number) => void} show
- * @property {() => void} clear
- * @property {() => void} [close]
- * @property {import("./player.js").Player} [player] if the view has steps
- */
-const DRAWERS = { alleles: AlleleBars, matrix: MatrixView, path: PathView, grid: GridView };
 const ALLELES = "alleles";
 
 export class ModelPanel extends LifetimeSelector {
@@ -29,8 +15,6 @@ export class ModelPanel extends LifetimeSelector {
    */
   constructor(studies, callbacks) {
     super("a", studies, callbacks);
-    this.header = null;
-    this.drawer = null;
     this.view = null;
     this.agent = null;
     const selectView = () => {
@@ -53,12 +37,12 @@ export class ModelPanel extends LifetimeSelector {
     // A narrow window has no space for it.
     freezerButton?.classList.add("wide");
     if (freezerButton) this.pickers.append(freezerButton);
-    this.body = el("div", { class: "model-view" });
+    this.display = new ModelDisplay((header) => this.formatTitle(header), callbacks.moved);
     this.root = el(
       "section",
       { class: "panel", "aria-label": "Genomes and lifetimes" },
       this.pickers,
-      this.body,
+      this.display.root,
     );
     this.sized = new ResizeObserver(() => callbacks.invalidate());
     this.sized.observe(this.curve.root);
@@ -104,45 +88,15 @@ export class ModelPanel extends LifetimeSelector {
     const url = this.view.name === ALLELES
       ? `api/alleles?${createQuery(runQuery)}`
       : `api/view?${createQuery(viewQuery)}`;
-    if (url === this.requestedUrl) return this.header && this.show();
-    this.stop?.abort();
-    this.requestedUrl = url;
-    this.header = null;
-    this.stop = new AbortController();
-    delete this.root.dataset.ready;
     try {
-      this.setData(await getBinary(url, this.stop.signal));
+      if (await this.display.load(url, generation)) this.callbacks.shown();
     } catch (error) {
-      if (error.name === "AbortError") return;
-      // Allow another attempt.
-      this.requestedUrl = null;
-      // Remove the old view, because the selectors show another source.
-      this.drawer?.clear();
       this.callbacks.failed(error);
     }
   }
 
-  setData({ header, arrays }) {
-    const Drawer = DRAWERS[header.kind];
-    if (!(this.drawer instanceof Drawer)) {
-      this.drawer?.close?.();
-      this.drawer = new Drawer(() => this.callbacks.moved());
-      this.body.replaceChildren(this.drawer.root);
-    }
-    this.header = header;
-    this.drawer.setData(header, arrays, this.formatTitle());
-    this.root.dataset.ready = "";
-    this.show();
-  }
-
-  show() {
-    this.drawer.show(this.source.generation);
-    this.callbacks.shown();
-  }
-
   /** Return the title: view and agent. */
-  formatTitle() {
-    const { agent } = this.header;
+  formatTitle(/** @type {Object<string, any>} */ { agent }) {
     const suffix = agent === null
       ? ""
       : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
@@ -167,8 +121,7 @@ export class ModelPanel extends LifetimeSelector {
   close() {
     this.sized.disconnect();
     this.curve.close();
-    this.stop?.abort();
-    this.drawer?.close?.();
+    this.display.close();
     this.root.remove();
   }
 }

@@ -92,14 +92,14 @@ export class ModelTab {
    * playback.
    */
   remember(replace = true) {
-    const { curve, source, views, view, agent, drawer } = this.panel;
+    const { curve, source, views, view, agent, display } = this.panel;
     if (!source || curve.isDragging) return;
     this.navigate(
       {
         ...source,
         look: view.name === views[0].name ? null : view.name,
         agent,
-        step: this.startAt ?? drawer?.step,
+        step: this.startAt ?? display.drawer?.step,
       },
       replace,
     );
@@ -107,8 +107,8 @@ export class ModelTab {
 
   /** Update the guide after the data has arrived. */
   shown() {
-    const { source, header, view, drawer } = this.panel;
-    if (drawer.player) this.startPlayer(drawer.player);
+    const { source, view, display: { header, drawer } } = this.panel;
+    if (drawer.bar) this.startPlayer(drawer.bar.player);
     this.startAt = undefined;
     const { question } = this.studies.find(({ id }) => id === source.study);
     this.question.textContent = question || DEFAULT_QUESTION;
@@ -138,7 +138,7 @@ export class ModelTab {
 
   redraw() {
     this.panel.callbacks.invalidate();
-    this.panel.drawer?.player?.invalidate();
+    this.panel.display.drawer?.bar?.player.invalidate();
   }
 
   showGeneration(generation) {

@@ -1,6 +1,6 @@
 /** The list of agents with the number of eaten items. A click opens the inspector. */
 
-import { createButton, el } from "./common.js";
+import { createButton, el, formatNumber } from "./common.js";
 import { drawSpeciesSwatch } from "./species_shapes.js";
 
 // Maximum number of listed agents.
@@ -42,7 +42,7 @@ export class Population {
       const eaten = recording.countEaten(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
-      line.setAttribute("aria-label", formatAgent(recording, agent, eaten));
+      line.setAttribute("aria-label", recording.describeEater(step + 1, agent));
       bar.style.transform = `scaleX(${eaten / this.best})`;
       line.classList.toggle("fed", eaten > 0);
     });
@@ -57,7 +57,7 @@ export class Population {
       .slice(0, MAX_LISTED);
     this.facts.textContent = agents.length <= MAX_LISTED
       ? "Items eaten so far. Click an agent to inspect it."
-      : `The ${MAX_LISTED} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
+      : `The ${MAX_LISTED} agents that eat most, of ${formatNumber(agents.length)}.`;
     this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
@@ -71,7 +71,7 @@ export class Population {
         () => this.pick(agent),
         {
           class: "agent-line",
-          "aria-label": formatAgent(recording, agent, 0),
+          "aria-label": recording.describeEater(recording.first, agent),
           "data-testid": `agent-${agent}`,
         },
       );
@@ -83,10 +83,4 @@ export class Population {
     // Keep the focus on the same agent.
     if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();
   }
-}
-
-/** Return a label such as: agent 3, 12 items eaten. */
-export function formatAgent(recording, agent, eaten) {
-  const items = eaten === 1 ? "1 item" : `${eaten.toLocaleString("en")} items`;
-  return `${recording.describeAgent(agent)}, ${items} eaten`;
 }

@@ -1,4 +1,6 @@
-/** The recording of a lifetime, and a lifetime that loads its parts. Needs no page. */
+/** The recording of a lifetime, and a lifetime that loads its parts. */
+
+import { formatNumber } from "./common.js";
 
 // Item moves between two stored states of all items.
 const KEYFRAME_INTERVAL = 256;
@@ -118,8 +120,8 @@ export class Recording {
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
 
-  /** Return the text about items eaten before a step, and the number of agents that ate. */
-  describeEaten(step) {
+  /** Return the number of items that all agents have eaten before a step, and of their eaters. */
+  countAllEaten(step) {
     let items = 0;
     let eaters = 0;
     for (let agent = 0; agent < this.agents; agent++) {
@@ -127,8 +129,42 @@ export class Recording {
       items += eaten;
       if (eaten) eaters += 1;
     }
-    return `${items.toLocaleString("en")} eaten · ${eaters} of ${this.agents} ate`;
+    return { items, eaters };
   }
+
+  /** Return the text about items eaten before a step, and the number of agents that ate. */
+  describeEaten(step) {
+    return formatEaten(this.countAllEaten(step), this.agents);
+  }
+
+  /** Return a text such as: agent 3, 12 items eaten. */
+  describeEater(step, agent) {
+    const eaten = this.countEaten(step, agent);
+    const items = eaten === 1 ? "1 item" : `${formatNumber(eaten)} items`;
+    return `${this.describeAgent(agent)}, ${items} eaten`;
+  }
+}
+
+/** Return a text such as: 12 eaten · 5 of 20 ate. */
+export function formatEaten({ items, eaters }, agents) {
+  return `${formatNumber(items)} eaten · ${formatNumber(eaters)} of ${formatNumber(agents)} ate`;
+}
+
+/**
+ * Return the lifetime of one recording, which contains all steps or the first ones.
+ * @returns {Life}
+ */
+export function createLifetime(recording) {
+  const { header, steps } = recording;
+  return {
+    header,
+    steps,
+    parts: new Map([[0, recording]]),
+    isStream: false,
+    maxPace: Infinity,
+    findPart: () => recording,
+    close() {},
+  };
 }
 
 /** Return the number of moves at or before a step. `move_step` is sorted. */
@@ -157,6 +193,20 @@ function countMeals(/** @type {Recording} */ { agents, first, arrays: { eaten_in
   return meals;
 }
 
+/**
+ * @typedef {object} Life a lifetime that a world shows: recordings, or a stream of frames
+ * @property {Object<string, any>} header
+ * @property {number} steps
+ * @property {Map<number, Recording>} parts the loaded recordings
+ * @property {boolean} isStream whether it has frames instead of recordings
+ * @property {number} maxPace steps per second that can be provided
+ * @property {(step: number) => Recording|null} findPart returns the recording of a step, or null
+ *   while it loads
+ * @property {(step: number, direction: number, agent: number|null) => number|null} [findMeal]
+ *   returns the nearest step with a meal, or null
+ * @property {() => void} close cancels all requests
+ */
+
 /** A complete lifetime, in one part or in parts that are loaded when needed. */
 export class Lifetime {
   /**
@@ -174,6 +224,8 @@ export class Lifetime {
     // Steps of a part, or 0 until the first part is loaded.
     this.length = 0;
     this.loadingPart = null;
+    this.isStream = false;
+    this.maxPace = Infinity;
     this.stop = new AbortController();
     this.loadPart(0);
   }

@@ -3,7 +3,7 @@
 import { el, formatNumber, inflate, unpack } from "./common.js";
 import { Legend } from "./legend.js";
 import { Recording } from "./recording.js";
-import { createLifetime } from "./world_figure.js";
+import { addFigure } from "./world_figure.js";
 import { WorldGroup } from "./world_group.js";
 
 /**
@@ -13,34 +13,29 @@ import { WorldGroup } from "./world_group.js";
  *   string|null, commands: string[]}[]}} replay
  */
 export async function play(root, replay) {
-  const lives = await Promise.all(
-    replay.panels.map(async ({ recording }) =>
-      createLifetime(new Recording(unpack(await inflate(recording))))
-    ),
+  const recordings = await Promise.all(
+    replay.panels.map(async ({ recording }) => new Recording(unpack(await inflate(recording)))),
   );
-  const group = new WorldGroup(
-    "replay",
-    replay.panels.map(({ title }) => [`World: ${title}`, "replay-canvas"]),
+  const group = new WorldGroup("replay-");
+  const figures = replay.panels.map(({ title }) =>
+    addFigure(group, `World: ${title}`, "replay-canvas")
   );
-  const { player, bar, figures } = group;
-  player.last = Math.max(...lives.map((life) => life.findPart(0).last)) - 1;
   const legend = new Legend();
-  legend.show(lives.map(({ header }) => header));
+  legend.show(recordings.map(({ header }) => header));
   const panels = replay.panels.map((panel, index) =>
-    createPanel(panel, lives[index], figures[index])
+    createPanel(panel, recordings[index], figures[index])
   );
   const heading = el("h1", { class: "visually-hidden" }, "Replay of a lifetime");
   root.replaceChildren(
     heading,
     el("div", { class: "replay-panels" }, ...panels),
-    bar.root,
+    group.bar.createRow(),
     legend.root,
     createAboutSection(replay),
   );
-  group.show(lives);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
-  addEventListener("keydown", (event) => handleReplayKey(event, bar, figures));
-  player.seek(replay.step);
+  group.showRecordings(recordings);
+  addEventListener("keydown", (event) => handleReplayKey(event, group));
+  group.player.seek(replay.step);
 }
 
 function createPanel({ title }, { header }, { stage, foot, facts }) {
@@ -85,7 +80,7 @@ function createAboutSection({ version, panels }) {
 }
 
 /** Escape deselects the agent. Other keys control the time bar. */
-function handleReplayKey(event, bar, figures) {
-  if (event.key === "Escape") figures.forEach((figure) => figure.pick(null));
-  else bar.handleKey(event);
+function handleReplayKey(event, group) {
+  if (event.key === "Escape") group.maps.forEach((map) => group.selectAgent(map, null));
+  else group.bar.handleKey(event);
 }

@@ -1,6 +1,7 @@
 /** The timeline: a slider over a lifetime, with bars for meals. */
 
 import { ChartSlider } from "./chart_slider.js";
+import { formatNumber } from "./common.js";
 import { palette } from "./palette.js";
 
 // CSS pixels of a bar.
@@ -8,8 +9,8 @@ const BAR_WIDTH = 3;
 
 /**
  * @typedef {object} Track
- * @property {import("./recording.js").Lifetime} life
- * @property {number|null} selectedAgent the agent whose meals are marked
+ * @property {import("./recording.js").Life} life
+ * @property {number|null} agent whose meals are marked
  */
 export class Timeline extends ChartSlider {
   /** @param {(step: number) => void} seek */
@@ -28,22 +29,24 @@ export class Timeline extends ChartSlider {
     const first = Math.floor(Math.min(Math.max(0, share * steps), steps - 1));
     const perBar = (BAR_WIDTH * steps) / Math.max(1, this.canvas.clientWidth);
     const last = Math.min(steps - 1, Math.max(first, Math.floor(first + perBar) - 1));
-    const eaten = this.tracks.map(({ life }) => countEaten(life, first, last).toLocaleString("en"));
     const span = first === last
-      ? `step ${first.toLocaleString("en")}`
-      : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+      ? `step ${formatNumber(first)}`
+      : `steps ${formatNumber(first)} to ${formatNumber(last)}`;
+    if (!this.tracks.length) return span;
+    const eaten = this.tracks.map(({ life }) => formatNumber(countEaten(life, first, last)));
     return `${span}: ${eaten.join(" and ")} items eaten`;
   }
 
   /** Draw the meals, one row per track, if something has changed. */
   draw(tracks) {
     this.tracks = tracks;
+    this.root.classList.toggle("plain", !tracks.length);
     const steps = Number(this.slider.max) + 1;
     const sheet = this.redrawIfChanged(
       steps,
-      ...tracks.flatMap(({ life, selectedAgent }) => [
+      ...tracks.flatMap(({ life, agent }) => [
         life,
-        selectedAgent,
+        agent,
         [...life.parts.keys()].join(),
       ]),
     );
@@ -66,16 +69,16 @@ function countEaten(life, from, to) {
   return sum;
 }
 
-function drawTrack(pen, { life, selectedAgent }, { top, width, row, pixelRatio, steps }) {
+function drawTrack(pen, { life, agent }, { top, width, row, pixelRatio, steps }) {
   const barWidth = BAR_WIDTH * pixelRatio;
   const bars = new Float32Array(Math.ceil(width / barWidth));
   const selectedBars = new Set();
   for (const part of life.parts.values()) {
     const barAt = (step) => Math.floor(((step / steps) * width) / barWidth);
     part.meals.forEach((count, index) => (bars[barAt(part.first + index)] += count));
-    const isShown = selectedAgent !== null && selectedAgent < part.agents;
+    const isShown = agent !== null && agent < part.agents;
     for (let step = part.first + 1; isShown && step <= part.last; step++) {
-      if (part.countEaten(step, selectedAgent) > part.countEaten(step - 1, selectedAgent))
+      if (part.countEaten(step, agent) > part.countEaten(step - 1, agent))
         selectedBars.add(barAt(step - 1));
     }
   }

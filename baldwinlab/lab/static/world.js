@@ -34,6 +34,19 @@ export class WorldView {
     this.resize();
   }
 
+  /** Follow the size of the canvas on the page. `resized` must draw again. */
+  followSize(resized) {
+    this.sized = new ResizeObserver(() => {
+      this.resize();
+      resized();
+    });
+    this.sized.observe(this.canvas);
+  }
+
+  close() {
+    this.sized?.disconnect();
+  }
+
   /** Adapt to the size of the canvas on the page. */
   resize() {
     this.resizes += 1;

@@ -35,16 +35,17 @@ export function readOptions(state, defaultSpeed) {
  * Return the state of a tab for the address.
  * @param {import("./world_tab.js").WorldTab} tab
  */
-export function writeOptions({ panels: [a, b], player, inspector, ...tab }) {
-  const { x, y, zoom } = a.view.camera;
+export function writeOptions(tab) {
+  const { panels: [a, b], selectedMap, player, inspector } = tab;
+  const { x, y, zoom } = a.map.view.camera;
   return {
     ...a.source,
     ...Object.fromEntries(LIFE.map((key) => [`b.${key}`, b ? b.source[key] : null])),
     step: tab.startAt ?? Math.floor(player.time),
     speed: player.speed === tab.defaultSpeed ? null : player.speed,
-    agent: tab.agent,
+    agent: selectedMap.agent,
     inside: inspector.showsAncestors ? "ancestors" : null,
-    side: tab.side === "b" ? "b" : null,
+    side: selectedMap === b?.map ? "b" : null,
     trails: tab.trails === "recent" ? null : tab.trails,
     sight: tab.sight ? null : "off",
     agents: tab.listing ? "listed" : null,

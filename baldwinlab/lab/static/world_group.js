@@ -1,42 +1,118 @@
-/** Worlds with one time bar. */
+/** Worlds that play together: their maps, one time bar, and the inspector of an agent. */
 
 import { Player } from "./player.js";
+import { createLifetime } from "./recording.js";
+import { createLifetimeQuery } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure } from "./world_figure.js";
 
 export class WorldGroup {
   /**
    * @param {string} testid prefix of the test ids of the time bar
-   * @param {string[][]} worlds the label and the test id of each world
+   * @param {typeof import("./inspector.js").Inspector|null} [Inspector] null: without an inspector
    */
-  constructor(testid, worlds) {
-    this.lives = [];
+  constructor(testid, Inspector = null) {
+    /** @type {import("./world_map.js").WorldMap[]} */
+    this.maps = [];
     this.player = new Player((time) => this.draw(time));
-    this.bar = new TimeBar(this.player, testid);
-    this.player.changed = () => this.bar.showTime();
-    const invalidate = () => this.player.invalidate();
-    this.figures = worlds.map(([label, id]) => new WorldFigure(label, id, { invalidate }));
+    this.bar = new TimeBar(this.player, testid, () => this.onUserAction());
+    this.player.changed = () => this.showTime();
+    this.inspector = Inspector &&
+      new Inspector({
+        open: (source, agent) => this.openRelative(source, agent),
+        close: () => this.selectAgent(this.selectedMap, null),
+        seek: (step) => (step === null ? this.player.invalidate() : this.seek(step)),
+        toggled: () => this.remember(),
+      });
+    const { signal } = (this.leaving = new AbortController());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener(
+      "change",
+      () => this.player.invalidate(),
+      { signal },
+    );
+  }
+
+  /** The map with the selected agent, or the first one. */
+  get selectedMap() {
+    return this.maps.find(({ agent }) => agent !== null) ?? this.maps[0];
+  }
+
+  /** How maps are drawn. Subclasses have more options. */
+  get drawOptions() {
+    return { pace: this.player.pace };
   }
 
   /** Show recordings of complete lifetimes, or of their first steps. */
-  show(lives) {
-    this.lives = lives;
-    this.figures.forEach((figure, index) => figure.show(lives[index]));
+  showRecordings(recordings) {
+    recordings.forEach((recording, index) => this.maps[index].show(createLifetime(recording)));
+    this.player.last = Math.max(...recordings.map(({ last }) => last)) - 1;
   }
 
-  draw(time) {
-    const isComplete = this.figures.map((figure) => figure.draw(time).ready);
-    const tracks = this.lives.map((life, index) => ({
-      life,
-      selectedAgent: this.figures[index].agent,
-    }));
-    if (tracks.length) this.bar.draw(Math.floor(time), this.player.last + 1, tracks);
-    if (isComplete.includes(false)) this.player.invalidate();
-    return true;
+  /** Select an agent of a map, or none. */
+  selectAgent(map, agent) {
+    map.select(agent);
+    this.inspect();
+    this.remember();
   }
+
+  /** Show the selected agent in the inspector. */
+  inspect() {
+    const { agent, source } = this.selectedMap;
+    if (agent === null || !source) this.inspector?.hide();
+    else this.inspector?.show(source, agent);
+  }
+
+  /** Move because the user clicks a chart of the inspector. */
+  seek(step) {
+    this.onUserAction();
+    this.player.seek(step);
+  }
+
+  showTime() {
+    this.bar.showTime();
+    this.remember();
+  }
+
+  /**
+   * Draw a moment.
+   * @returns {boolean} whether all worlds have loaded it
+   */
+  draw(time) {
+    const drawn = this.maps.map((map) => map.draw(time, this.drawOptions));
+    if (drawn.some(({ ready }) => !ready)) this.player.invalidate();
+    const shown = this.maps.filter(({ life }) => life);
+    if (!shown.length) return false;
+    this.player.maxPace = Math.min(...shown.map(({ life }) => life.maxPace));
+    const step = Math.floor(time);
+    this.bar.draw(step, shown);
+    this.inspector?.draw(step);
+    if (this.player.playing) this.remember();
+    return drawn.every(({ isLoaded }) => isLoaded);
+  }
+
+  /** Return the state for the share menu. */
+  describeShared() {
+    return {
+      panels: this.maps.map(({ source, canvas }) => ({
+        source: String(createLifetimeQuery(source)),
+        canvas,
+      })),
+      step: Math.floor(this.player.time),
+    };
+  }
+
+  /** Called before the user plays, pauses or moves. Overridden. */
+  onUserAction() {}
+
+  /** Write the state to the address. Overridden. */
+  remember() {}
+
+  /** Open the lifetime of a parent or a child. Overridden. */
+  openRelative(_source, _agent) {}
 
   close() {
+    this.leaving.abort();
     this.player.close();
-    for (const figure of this.figures) figure.close();
+    this.inspector?.hide();
+    for (const map of this.maps) map.close();
   }
 }

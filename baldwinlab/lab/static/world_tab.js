@@ -6,49 +6,38 @@ import { handleWorldKey } from "./keys.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { Inspector } from "./inspector.js";
-import { chooseSpeed, Player } from "./player.js";
+import { chooseSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
 import {
   addTypicalRun,
   chooseComparison,
-  createLifetimeQuery,
   findNearestLifetime,
   formatLifetimeTitle,
   PRESETS,
 } from "./sources.js";
-import { Timeline } from "./timeline.js";
 import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
-import { PlaybackBar } from "./playback_bar.js";
 import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
+import { WorldControls } from "./world_controls.js";
+import { WorldGroup } from "./world_group.js";
 import { WorldPanel } from "./world_panel.js";
 
-export class WorldTab {
+export class WorldTab extends WorldGroup {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
+    super("", Inspector);
     this.root = root;
     this.studies = stored.studies;
     this.navigate = navigate;
     this.guide = guide;
     this.latestRequest = 0;
-    this.closed = false;
     this.trails = "recent";
     this.sight = true;
     this.listing = false;
+    /** @type {WorldPanel[]} */
     this.panels = [];
-    // The selected agent, or null, and the world that it belongs to.
-    this.agent = null;
-    this.side = "a";
     this.worlds = el("div", { class: "worlds" });
-    this.player = new Player((time) => this.draw(time));
-    this.population = new Population((agent) => this.pick("a", agent));
-    this.inspector = new Inspector({
-      open: (source, agent) => this.openRelative(source, agent),
-      close: () => this.pick(this.side, null),
-      seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
-      toggled: () => this.remember(),
-    });
-    this.player.changed = () => this.showTime();
+    this.population = new Population((agent) => this.selectAgent(this.maps[0], agent));
     this.generationPlayer = new GenerationPlayer({
       now: () => ({
         generation: this.panels[0].source.generation,
@@ -59,20 +48,28 @@ export class WorldTab {
     });
     this.player.ended = () => this.showEnd();
     this.lead = new Lead(guide, (generation) => this.replay(generation));
-    const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener(
-      "change",
-      () => this.player.invalidate(),
-      { signal },
-    );
+    this.controls = new WorldControls(this.bar, {
+      set: (change) => this.set(change),
+      toggleComparison: () => this.toggleComparison(),
+      fit: () => this.fit(),
+      goToMeal: (direction) => this.goToMeal(direction),
+      showBehavior: () => this.showBehavior(),
+    });
+    const { signal } = this.leaving;
     addEventListener("keydown", (event) => handleWorldKey(event, this), { signal });
-    this.timeline = new Timeline((step) => this.player.seek(step));
   }
 
   async start(state) {
-    this.build();
+    const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
+    this.root.append(
+      el("h1", { class: "visually-hidden" }, "World"),
+      this.lead.root,
+      el("div", { class: "scene" }, this.worlds, side),
+      this.controls.root,
+    );
+    this.share = mountShare(document.getElementById("actions"), () => this.describeShared());
     await this.show(state);
-    if (state.step === undefined && !this.closed) {
+    if (state.step === undefined && !this.leaving.signal.aborted) {
       this.skipsToMeal = true;
       if (this.isLoaded) this.loaded();
       this.player.autoplay();
@@ -83,32 +80,8 @@ export class WorldTab {
   async show(state) {
     const request = ++this.latestRequest;
     const completeState = await addTypicalRun(this.studies, state);
-    if (request === this.latestRequest && !this.closed) this.applyState(completeState);
-  }
-
-  build() {
-    const callbacks = {
-      set: (change) => this.set(change),
-      toggleComparison: () => this.toggleComparison(),
-      fit: () => this.fit(),
-      goToMeal: (direction) => this.goToMeal(direction),
-      showBehavior: () => this.showBehavior(),
-    };
-    this.playbackBar = new PlaybackBar(this.player, this.timeline, callbacks);
-    const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
-    this.root.append(
-      el("h1", { class: "visually-hidden" }, "World"),
-      this.lead.root,
-      el("div", { class: "scene" }, this.worlds, side),
-      this.playbackBar.root,
-    );
-    this.share = mountShare(document.getElementById("actions"), () => ({
-      panels: this.panels.map(({ source, canvas }) => ({
-        source: String(createLifetimeQuery(source)),
-        canvas,
-      })),
-      step: Math.floor(this.player.time),
-    }));
+    if (request === this.latestRequest && !this.leaving.signal.aborted)
+      this.applyState(completeState);
   }
 
   /** Apply a state. Missing options get their defaults. */
@@ -119,11 +92,14 @@ export class WorldTab {
     if (second) this.requirePanel(1).choose(findNearestLifetime(this.studies, second));
     else this.removeSecond();
     this.defaultSpeed = chooseSpeed(this.panels[0].condition.steps);
-    const { speed, camera, step, showsAncestors, ...options } = readOptions(
+    const { speed, camera, step, showsAncestors, agent, ...options } = readOptions(
       state,
       this.defaultSpeed,
     );
-    Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
+    Object.assign(this, options);
+    for (const map of this.maps) map.agent = null;
+    const [a, b = a] = this.maps;
+    (state.side === "b" ? b : a).agent = agent;
     this.player.speed = speed;
     this.inspector.showAncestors(showsAncestors);
     // The user can move on while a lifetime loads.
@@ -137,23 +113,27 @@ export class WorldTab {
 
   /** Whether no lifetime is loading. */
   get isLoaded() {
-    return this.panels.every(({ loadingLife }) => !loadingLife);
+    return this.maps.every(({ loadingLife }) => !loadingLife);
+  }
+
+  get drawOptions() {
+    const { trails, sight } = this;
+    return { ...super.drawOptions, trails, sight };
   }
 
   requirePanel(number) {
     if (this.panels[number]) return this.panels[number];
-    const name = "ab"[number];
-    const panel = new WorldPanel(name, this.studies, {
+    const panel = new WorldPanel("ab"[number], this.studies, {
       invalidate: () => this.player.invalidate(),
       chosen: () => this.onSourceChosen(),
       loaded: () => this.loaded(),
       failed: (error) => showMessage(error.message, "error"),
-      picked: (agent) => this.pick(name, agent),
-      moved: () => this.setCamera(panel.view.camera),
-      fitted: () => this.fit(),
+      picked: (agent) => this.selectAgent(panel.map, agent),
+      moved: () => this.setCamera(panel.map.view.camera),
       playAllClicked: () => this.generationPlayer.toggle(),
     });
     this.panels[number] = panel;
+    this.maps[number] = panel.map;
     this.worlds.append(panel.root);
     this.root.classList.toggle("comparing", this.panels.length > 1);
     return panel;
@@ -161,11 +141,8 @@ export class WorldTab {
 
   removeSecond() {
     this.panels.splice(1).forEach((panel) => panel.close());
+    this.maps.splice(1);
     this.root.classList.remove("comparing");
-    if (this.side === "b") {
-      this.side = "a";
-      this.agent = null;
-    }
   }
 
   onSourceChosen() {
@@ -176,7 +153,7 @@ export class WorldTab {
 
   /** Set the camera of all worlds. */
   setCamera({ x, y, zoom }) {
-    for (const { view } of this.panels) view.setCamera(x, y, zoom);
+    for (const { view } of this.maps) view.setCamera(x, y, zoom);
     this.remember();
     this.player.invalidate();
   }
@@ -186,33 +163,29 @@ export class WorldTab {
   }
 
   /** Select an agent or none. The focus moves to the inspector, and back. */
-  pick(side, agent) {
-    const wasOpen = this.agent !== null;
+  selectAgent(map, agent) {
+    const wasOpen = this.selectedMap.agent !== null;
     const isOpen = agent !== null;
-    if (isOpen && !wasOpen) this.opener = document.activeElement;
-    this.side = side;
-    this.agent = agent;
-    this.inspect();
+    if (isOpen && !wasOpen) this.opener = /** @type {HTMLElement} */ (document.activeElement);
+    for (const other of this.maps) if (other !== map) other.select(null);
+    super.selectAgent(map, agent);
     if (isOpen) this.inspector.root.focus();
     else if (wasOpen)
-      (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
-    this.remember();
-    this.player.invalidate();
+      (this.opener?.checkVisibility() ? this.opener : this.maps[0].canvas).focus();
   }
 
   inspect() {
-    const panel = this.panels.find(({ name }) => name === this.side);
-    this.root.classList.toggle("inspecting", this.agent !== null);
-    if (this.agent === null || !panel?.source) this.inspector.hide();
-    else this.inspector.show(panel.source, this.agent);
+    this.root.classList.toggle("inspecting", this.selectedMap.agent !== null);
+    super.inspect();
   }
 
   /** Open the lifetime of a parent or a child. */
   openRelative(source, agent) {
-    this.agent = agent;
+    const map = this.selectedMap;
+    map.agent = agent;
     // The focused link is about to disappear.
     this.inspector.root.focus();
-    this.panels.find(({ name }) => name === this.side).choose(source);
+    this.panels.find((panel) => panel.map === map).choose(source);
     this.player.seek(0);
     this.onSourceChosen();
   }
@@ -231,17 +204,16 @@ export class WorldTab {
 
   /** Update the length of playback after a lifetime is loaded. */
   loaded() {
-    const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
+    const lengths = this.maps.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
     this.showGuide();
     // A list of many agents would be too long.
-    this.root.classList.toggle("streaming", Boolean(this.panels[0].life?.isStream));
+    this.root.classList.toggle("streaming", Boolean(this.maps[0].life?.isStream));
     this.player.last = Math.max(...lengths) - 1;
     const speed = chooseSpeed(this.player.last + 1);
     // The user has not selected a speed.
     if (this.player.speed === this.defaultSpeed) this.player.speed = speed;
     this.defaultSpeed = speed;
-    this.timeline.setLast(this.player.last);
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
     else if (this.player.time > this.player.last) this.player.seek(this.player.last);
     this.startAt = undefined;
@@ -254,14 +226,14 @@ export class WorldTab {
   /** Start just before the first meal of all worlds. */
   skipToMeal() {
     this.skipsToMeal = false;
-    const meals = this.panels.map(({ life }) => life?.findMeal?.(-1, 1, null) ?? Infinity);
+    const meals = this.maps.map(({ life }) => life?.findMeal(-1, 1, null) ?? Infinity);
     this.lead.startBefore(Math.min(...meals), this.player);
   }
 
   /** Say what happened, unless the next generation follows. */
   showEnd() {
     this.generationPlayer.next();
-    if (!this.generationPlayer.isPlaying && this.panels.every(({ life }) => life && !life.isStream))
+    if (!this.generationPlayer.isPlaying && this.maps.every(({ life }) => life && !life.isStream))
       this.lead.showEnd(this.panels, this.panels[0].condition.generations - 1);
   }
 
@@ -285,9 +257,9 @@ export class WorldTab {
 
   /** Go to the nearest meal of the selected agent, or of any agent. */
   goToMeal(direction) {
-    const { life } = this.panels.find(({ name }) => name === this.side);
+    const { life, agent } = this.selectedMap;
     if (life?.isStream) return showMessage("A world of this size has no list of meals.");
-    const step = life?.findMeal(Math.floor(this.player.time), direction, this.agent);
+    const step = life?.findMeal(Math.floor(this.player.time), direction, agent);
     if (step == null)
       return showMessage(
         direction > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.",
@@ -302,18 +274,18 @@ export class WorldTab {
     if (!panel)
       return showMessage("These agents do not learn. Choose a condition that learns.", "error");
     openBehaviorMap(panel.source, {
-      agent: (agent) => this.pick(panel.name, agent),
+      agent: (agent) => this.selectAgent(panel.map, agent),
       generation: (generation) => this.replay(generation),
     });
   }
 
   /** Update the guide from the recording of the first world. */
   showGuide() {
-    const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
+    const headers = this.maps.map(({ life }) => life?.header).filter(Boolean);
     const names = this.panels.map(({ source }) => el("p", {}, formatLifetimeTitle(source)));
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
-    for (const legendView of [legend, this.playbackBar.legend]) legendView.show(headers);
+    for (const legendView of [legend, this.controls.legend]) legendView.show(headers);
     this.guide.setTexts(WORLD, [
       { title: "Shown here", text: el("div", {}, names, legend.root) },
       ...headers[0].topics,
@@ -321,40 +293,18 @@ export class WorldTab {
   }
 
   draw(time) {
-    let isLoaded = true;
-    for (const panel of this.panels) {
-      const selectedAgent = panel.name === this.side ? this.agent : null;
-      const { trails, sight } = this;
-      const { pace } = this.player;
-      const drawn = panel.draw(time, { trails, sight, selectedAgent, pace });
-      isLoaded &&= drawn.isLoaded;
-      if (!drawn.ready) this.player.invalidate();
-    }
-    this.player.maxPace = Math.min(...this.panels.map(({ life }) => life?.maxPace ?? Infinity));
+    const isLoaded = super.draw(time);
+    for (const { curve } of this.panels) curve.draw();
     const step = Math.floor(time);
-    const tracks = this.panels
-      .filter(({ life }) => life)
-      .map(({ life, name }) => ({ life, selectedAgent: name === this.side ? this.agent : null }));
-    if (tracks.length) this.timeline.draw(tracks);
-    this.timeline.show(step);
-    this.playbackBar.showStep(step);
-    const recording = this.panels[0]?.life?.findPart(step);
-    if (recording && this.agent === null)
+    const recording = this.maps[0]?.life?.findPart(step);
+    if (recording && this.selectedMap.agent === null)
       this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
-    this.inspector.draw(step);
-    if (this.player.playing) this.remember();
-    return isLoaded && tracks.length > 0;
-  }
-
-  showTime() {
-    if (!this.playbackBar) return;
-    this.playbackBar.showTime();
-    this.remember();
+    return isLoaded;
   }
 
   showOptions() {
     const { trails, sight, listing } = this;
-    this.playbackBar.showOptions({ trails, sight, listing, isComparing: this.panels.length > 1 });
+    this.controls.showOptions({ trails, sight, listing, isComparing: this.panels.length > 1 });
     this.root.classList.toggle("listing", listing);
   }
 
@@ -372,11 +322,8 @@ export class WorldTab {
   }
 
   close() {
-    this.closed = true;
-    this.leaving.abort();
+    super.close();
     this.share?.close();
-    this.player.close();
     this.panels.forEach((panel) => panel.close());
-    this.inspector.hide();
   }
 }

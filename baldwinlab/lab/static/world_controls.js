@@ -1,13 +1,10 @@
-/** The bar below the worlds: playback, display options and help. */
+/** The bar below the worlds of the World tab: time, display options and help. */
 
 import { createButton, createIcon, createIconButton, createSelect, el } from "./common.js";
 import { createKeyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
-import { createPlayButton, createSpeedList, showPlaying } from "./player_controls.js";
 
 const ICONS = {
-  back: "M12 5l-6 5 6 5zM15 5v10",
-  on: "M8 5l6 5-6 5zM5 5v10",
   mealBefore: "M8 5l-5 5 5 5M12 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
   mealAfter: "M12 5l5 5-5 5M3.6 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
   fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
@@ -18,22 +15,15 @@ const ICONS = {
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "full trails" };
 
-export class PlaybackBar {
+export class WorldControls {
   /**
-   * @param {import("./player.js").Player} player
-   * @param {import("./timeline.js").Timeline} timeline
+   * @param {import("./time_bar.js").TimeBar} bar
    * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void,
    *   toggleComparison: () => void, fit: () => void, goToMeal: (direction: number) => void,
    *   showBehavior: () => void}}
    *   callbacks
    */
-  constructor(player, timeline, callbacks) {
-    this.player = player;
-    this.play = createPlayButton("play", () => player.toggle());
-    this.play.title = "Play (space)";
-    showPlaying(this.play, player.playing, " (space)");
-    this.speed = createSpeedList(player, "speed");
-    this.clock = el("span", { class: "clock number", "data-testid": "step" });
+  constructor(bar, callbacks) {
     this.trails = createSelect(Object.entries(TRAILS), "", (trails) => callbacks.set({ trails }), {
       class: "recorded",
       "aria-label": "Trails",
@@ -54,55 +44,30 @@ export class PlaybackBar {
     this.root = el(
       "div",
       { class: "transport" },
-      timeline.root,
-      this.createControls(callbacks),
+      bar.timeline.root,
+      el(
+        "div",
+        { class: "controls" },
+        createTimeRow(bar, callbacks),
+        this.legend.root,
+        this.createOptions(callbacks),
+      ),
       this.help,
     );
   }
 
-  createControls({ fit, goToMeal, showBehavior }) {
-    const { player } = this;
-    const createStep = (name, label, offset) =>
-      createBarButton(name, label, () => player.step(offset), "quiet square stepper");
+  createOptions({ fit, showBehavior }) {
     return el(
       "div",
-      { class: "controls" },
-      el(
-        "div",
-        { class: "row time" },
-        createBarButton("mealBefore", "Previous meal (p)", () => goToMeal(-1)),
-        createStep("back", "One step back (←)", -1),
-        this.play,
-        createStep("on", "One step forward (→)", 1),
-        createBarButton("mealAfter", "Next meal (n)", () => goToMeal(1)),
-        this.speed,
-        this.clock,
-      ),
-      this.legend.root,
-      el(
-        "div",
-        { class: "row options" },
-        this.trails,
-        el("label", { class: "inline recorded" }, this.sight, "sight"),
-        this.compare,
-        this.agents,
-        createBarButton("behavior", "Map of behavior: innate and learned", showBehavior),
-        createBarButton("fit", "Show the whole map (0)", fit),
-        createBarButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
-      ),
+      { class: "row options" },
+      this.trails,
+      el("label", { class: "inline recorded" }, this.sight, "sight"),
+      this.compare,
+      this.agents,
+      createBarButton("behavior", "Map of behavior: innate and learned", showBehavior),
+      createBarButton("fit", "Show the whole map (0)", fit),
+      createBarButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
     );
-  }
-
-  showTime() {
-    const { playing, speed } = this.player;
-    showPlaying(this.play, playing, " (space)");
-    this.play.dataset.playing = String(playing);
-    this.speed.value = String(speed);
-  }
-
-  showStep(step) {
-    const text = `${step.toLocaleString("en")} / ${this.player.last.toLocaleString("en")}`;
-    if (this.clock.textContent !== text) this.clock.textContent = text;
   }
 
   showOptions({ trails, sight, isComparing, listing }) {
@@ -111,6 +76,20 @@ export class PlaybackBar {
     this.sight.checked = sight;
     this.compare.setAttribute("aria-pressed", isComparing);
   }
+}
+
+function createTimeRow({ back, play, forward, speed, clock }, { goToMeal }) {
+  return el(
+    "div",
+    { class: "row time" },
+    createBarButton("mealBefore", "Previous meal (p)", () => goToMeal(-1)),
+    back,
+    play,
+    forward,
+    createBarButton("mealAfter", "Next meal (n)", () => goToMeal(1)),
+    speed,
+    clock,
+  );
 }
 
 function createBarButton(name, label, action, kind = "quiet square") {
