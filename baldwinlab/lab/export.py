@@ -26,6 +26,7 @@ from baldwinlab.simulation.simulate import check_seed
 
 # The module that the page starts with.
 FIRST_MODULE: Final = "live_page.js"
+STYLES: Final = ("vendor/uPlot.min.css", "base.css", "lab.css")
 # The modules of a worker, in this order.
 WORKER_MODULES: Final = (
     "engine.js",
@@ -33,18 +34,6 @@ WORKER_MODULES: Final = (
     "lifetime_recorder.js",
     "frame_recorder.js",
     "engine_worker.js",
-)
-STYLES: Final = (
-    "vendor/uPlot.min.css",
-    "style.css",
-    "world.css",
-    "world_windows.css",
-    "world_figure.css",
-    "charts.css",
-    "live.css",
-    "share.css",
-    "guide.css",
-    "contrast.css",
 )
 MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000

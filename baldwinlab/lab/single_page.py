@@ -18,14 +18,7 @@ from baldwinlab.analysis import palette
 STATIC_FOLDER = Path(__file__).parent / "static"
 # The first module and the style sheets of a page that replays lifetimes.
 REPLAY_MODULE = "replay_page.js"
-REPLAY_STYLES = (
-    "style.css",
-    "world.css",
-    "inspector.css",
-    "world_windows.css",
-    "world_figure.css",
-    "replay_page.css",
-)
+REPLAY_STYLES = ("base.css", "replay.css")
 _IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
 
 

@@ -54,6 +54,8 @@ export class Ancestors {
     this.root.classList.add("waiting");
     try {
       this.setLine(await getJSON(`api/ancestors?${requested}`, this.stop.signal));
+      // The table is readable while the tree loads.
+      this.root.classList.remove("waiting");
       await this.showTree(requested, agent);
     } catch (error) {
       if (error.name === "AbortError") return;

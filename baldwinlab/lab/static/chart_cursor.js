@@ -1,6 +1,7 @@
 /** The cursor of a chart: clicks, keys, and the text of the current position. */
 
 import { collectCurves } from "./chart_series.js";
+import { formatDecimals } from "./common.js";
 
 // The word before the number of a run.
 export const RUN_LABEL = "run";
@@ -81,6 +82,6 @@ export function describeTarget({ index, curve }, chart, options) {
 export function formatShort(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 100) return value.toFixed(0);
-  return value.toFixed(size >= 1 ? 1 : 3);
+  if (size >= 100) return formatDecimals(value, 0);
+  return formatDecimals(value, size >= 1 ? 1 : 3);
 }

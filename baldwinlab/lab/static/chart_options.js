@@ -1,7 +1,7 @@
 /** The options of uPlot for a chart of curves. */
 
 import { collectCurves, collectRuns, MAX_PLAIN_CURVES, selectSeriesStyle } from "./chart_series.js";
-import { el } from "./common.js";
+import { el, formatNumber } from "./common.js";
 import { computeRange } from "./drawing.js";
 
 // Possible distances between generation ticks.
@@ -80,6 +80,7 @@ function createAxes(plot, { names, xLabel, yLabel }) {
     grid: { stroke: GRID_COLOR, width: 1 },
     ticks: { stroke: GRID_COLOR, width: 1 },
     labelSize: 18,
+    values: (_, numbers) => numbers.map(formatNumber),
   });
   return [
     { ...axis(xLabel), space: 60, size: 30, incrs: TICK_DISTANCES, ...createNamedTicks(names) },

@@ -278,11 +278,18 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-// A number has the format of the page's language, not that of the browser.
-const formats = [0, 1, 2, 3].map(
-  (digits) =>
-    new Intl.NumberFormat(document.documentElement.lang, { maximumFractionDigits: digits }),
-);
+const formats = [0, 1, 2, 3].map((digits) => createNumberFormat({ maximumFractionDigits: digits }));
+
+/** Return a format of the page's language, which can differ from that of the browser. */
+function createNumberFormat(options) {
+  return new Intl.NumberFormat(document.documentElement.lang, options);
+}
+
+/** Format a number with a fixed number of decimals. */
+export function formatDecimals(number, digits) {
+  const options = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+  return createNumberFormat(options).format(number);
+}
 
 /** Format a number for reading: 12,345 or 12.3 or 0.012. */
 export function formatNumber(number) {

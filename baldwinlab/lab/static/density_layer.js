@@ -17,7 +17,7 @@ export function nameAgentColor(number) {
 }
 
 /** Return the class of a count: the index in the smallest counts, or -1 for none. */
-export function findClass(classes, count) {
+function findClass(classes, count) {
   let number = -1;
   while (number + 1 < classes.length && count >= classes[number + 1]) number += 1;
   return number;

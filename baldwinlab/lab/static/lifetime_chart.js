@@ -1,7 +1,7 @@
 /** A small chart over a lifetime with many thin lines and a time cursor. A click goes to a step. */
 
 import { drawPicture } from "./chart_picture.js";
-import { el, formatNumber } from "./common.js";
+import { el, formatNumber, setText } from "./common.js";
 import { FONT, formatColor, palette } from "./palette.js";
 import { createChartDownloads } from "./downloads.js";
 
@@ -77,7 +77,7 @@ export class LifetimeChart {
       (height - MARGIN.top - MARGIN.bottom) * pixelRatio,
     );
     pen.globalAlpha = 1;
-    if (this.value.textContent !== text) this.value.textContent = text;
+    setText(this.value, text);
   }
 
   computeX(step, width) {

@@ -57,11 +57,6 @@ export class LiveAlleles {
     this.load();
   }
 
-  /** Set the study that the run was saved as. */
-  setSaved(study, condition) {
-    this.selector.setSaved(study, condition);
-  }
-
   close() {
     this.display.close();
   }

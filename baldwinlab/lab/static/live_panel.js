@@ -120,7 +120,7 @@ export class LivePanel {
     this.buttons.update();
     this.curves.update();
     this.world.setGenerationsDone(generationsDone);
-    if (summary.saved_as) this.world.setSaved(summary.saved_as, name);
+    if (summary.saved_as) this.world.selector?.setSaved(summary.saved_as, name);
   }
 
   close() {
@@ -158,7 +158,7 @@ function createEmptyWorld(model) {
     element,
     showGeneration: ignore,
     setGenerationsDone: ignore,
-    setSaved: ignore,
+    selector: null,
     close: ignore,
   };
 }

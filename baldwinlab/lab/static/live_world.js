@@ -3,6 +3,7 @@
 import { el, formatNumber, showMessage } from "./common.js";
 import { createFreezerButton } from "./freezer_button.js";
 import { Legend } from "./legend.js";
+import { openLifetime } from "./lifetimes.js";
 import { LiveSelector, parseWholeNumber } from "./live_selector.js";
 import { mountShare } from "./share.js";
 import { addFigure } from "./world_figure.js";
@@ -136,7 +137,8 @@ export class LiveWorld extends WorldGroup {
     const { source } = this.selector;
     if (source.generation < 0) return;
     this.startAt = step;
-    this.map.load(source, { agents: this.agents });
+    const size = { agents: this.agents };
+    this.map.load(source, (...callbacks) => openLifetime(source, size, ...callbacks));
   }
 
   /** Show the generation that is loaded. */
@@ -189,11 +191,6 @@ export class LiveWorld extends WorldGroup {
       inside: this.inspector?.showsAncestors ? "ancestors" : null,
       speed: player.speed === DEFAULT_SPEED ? null : player.speed,
     });
-  }
-
-  /** Set the study that the run was saved as. */
-  setSaved(study, condition) {
-    this.selector.setSaved(study, condition);
   }
 
   /** Handle the keys of the World tab if the focus is in this panel. */

@@ -1,7 +1,7 @@
 /** The World tab of models without a world: alleles and views of each generation. */
 
 import { el, showMessage } from "./common.js";
-import { handleGenerationKey } from "./keys.js";
+import { handleGenerationKey } from "./shortcuts.js";
 import { ModelPanel } from "./model_panel.js";
 import { addTypicalRun, findNearestLifetime, formatLifetimeTitle } from "./sources.js";
 import { CURVE, VIEWS } from "./topics.js";

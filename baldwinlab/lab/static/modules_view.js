@@ -1,6 +1,6 @@
 /** Draw the networks of an agent on one canvas, with their titles. */
 
-import { drawGraph, drawNetwork, findLargestOutput } from "./network.js";
+import { drawNetwork, findLargestOutput } from "./network.js";
 import { FONT, palette } from "./palette.js";
 
 // CSS pixels.
@@ -33,15 +33,9 @@ export function drawModules(canvas, { header, arrays }, row, activations, weight
     pen.textBaseline = "alphabetic";
     pen.fillText(modules[number], 0, top + 13, width);
     const box = { left: 0, top: top + 20, width, height: NETWORK_HEIGHT };
-    if (arrays.links) drawGraph(pen, box, { ...network, links: arrays.links, inputs });
-    else
-      drawNetwork(pen, box, {
-        ...network,
-        sizes: header.layer_sizes,
-        biases: header.biases,
-        inputs,
-        memory,
-      });
+    const { layer_sizes: sizes, biases } = header;
+    const { links } = arrays;
+    drawNetwork(pen, box, { ...network, inputs, memory, links, sizes, biases });
   });
 }
 

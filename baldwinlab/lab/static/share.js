@@ -11,6 +11,7 @@ import {
   showMessage,
 } from "./common.js";
 import { saveFile } from "./downloads.js";
+import { createLifetimeQuery } from "./sources.js";
 
 const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 // Milliseconds between two requests for the progress of a movie.
@@ -21,8 +22,8 @@ const CAPTION_HEIGHT = 30;
 /**
  * Add a button with a menu to `root`.
  * @param {HTMLElement} root
- * @param {() => {panels: {source: string, canvas: HTMLCanvasElement}[], step: number}} getState the
- *   visible state; a source is a query of /api/recording
+ * @param {() => {panels: {source: import("./sources.js").Source, canvas: HTMLCanvasElement}[], step:
+ *   number}} getState the visible state
  * @returns {{close: () => void}}
  */
 export function mountShare(root, getState) {
@@ -93,7 +94,9 @@ function createEntries(getState) {
 }
 
 function listSources({ panels }) {
-  return Object.fromEntries(panels.map(({ source }, index) => ["ab"[index], source]));
+  return Object.fromEntries(
+    panels.map(({ source }, index) => ["ab"[index], createLifetimeQuery(source)]),
+  );
 }
 
 function createLinkRow() {
@@ -207,8 +210,7 @@ async function drawPicture({ panels, step }) {
 }
 
 /** Return a title such as: evo/A, run 3, generation 90. */
-function formatTitle(source) {
-  const query = new URLSearchParams(source);
-  const note = query.get("condition") ?? query.get("preset") ?? "live";
-  return `${note}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;
+function formatTitle(/** @type {import("./sources.js").Source} */ source) {
+  const { condition = "live", run, generation } = source;
+  return `${condition}, run ${run}, generation ${generation}`;
 }

@@ -1,7 +1,7 @@
 /** The bar below the worlds of the World tab: time, display options and help. */
 
 import { createButton, createIcon, createIconButton, createSelect, el } from "./common.js";
-import { createKeyboardDialog } from "./keys.js";
+import { createKeyboardDialog } from "./shortcuts.js";
 import { Legend } from "./legend.js";
 
 const ICONS = {

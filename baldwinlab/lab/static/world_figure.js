@@ -4,7 +4,7 @@ import { createOptions, el, setText } from "./common.js";
 import { WorldMap } from "./world_map.js";
 import { createZoomButtons } from "./zoom_tools.js";
 
-export class WorldFigure extends WorldMap {
+class WorldFigure extends WorldMap {
   constructor(label, testid, callbacks) {
     super(label, testid, callbacks);
     const { picked } = this.callbacks;

@@ -2,7 +2,6 @@
 
 import { Player } from "./player.js";
 import { createLifetime } from "./recording.js";
-import { createLifetimeQuery } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
 
 export class WorldGroup {
@@ -92,10 +91,7 @@ export class WorldGroup {
   /** Return the state for the share menu. */
   describeShared() {
     return {
-      panels: this.maps.map(({ source, canvas }) => ({
-        source: String(createLifetimeQuery(source)),
-        canvas,
-      })),
+      panels: this.maps.map(({ source, canvas }) => ({ source, canvas })),
       step: Math.floor(this.player.time),
     };
   }

@@ -3,7 +3,6 @@
 import { el, setText } from "./common.js";
 import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
-import { openLifetime } from "./lifetimes.js";
 import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
 
@@ -85,15 +84,14 @@ export class WorldMap {
   /**
    * Load a lifetime. The previous one stays visible until it is loaded.
    * @param {import("./sources.js").Source} source
-   * @param {{agents?: number, steps?: number}} size of the world, as far as it is known
+   * @param {(changed: () => void, failed: (error: Error) => void) => any} open returns the lifetime;
+   *   `changed` is called when a part of it is loaded
    */
-  load(source, size) {
+  load(source, open) {
     this.loadingLife?.close();
     this.source = source;
     const start = performance.now();
-    const life = openLifetime(
-      source,
-      size,
+    const life = open(
       () => {
         if (life === this.loadingLife && life.isLoaded) {
           // Milliseconds, for tests and benchmarks.

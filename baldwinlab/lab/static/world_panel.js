@@ -3,6 +3,7 @@
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { el } from "./common.js";
 import { createFreezerButton } from "./freezer_button.js";
+import { openLifetime } from "./lifetimes.js";
 import { WorldMap } from "./world_map.js";
 import { createZoomButtons } from "./zoom_tools.js";
 
@@ -44,7 +45,9 @@ export class WorldPanel extends LifetimeSelector {
   }
 
   choose(source) {
-    if (this.setSource(source)) this.map.load(source, this.condition ?? {});
+    if (!this.setSource(source)) return;
+    const size = this.condition ?? {};
+    this.map.load(source, (...callbacks) => openLifetime(source, size, ...callbacks));
   }
 
   close() {

@@ -2,7 +2,7 @@
 
 import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "./common.js";
-import { handleWorldKey } from "./keys.js";
+import { handleWorldKey } from "./shortcuts.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { Inspector } from "./inspector.js";
