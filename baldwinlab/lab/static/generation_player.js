@@ -5,8 +5,8 @@ const FIRST_STOPS = [0, 5, 20];
 
 export class GenerationPlayer {
   /**
-   * @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void,
-   *   changed: (isPlaying: boolean) => void}} callbacks
+   * @param {{panel: () => import("./lifetime_selector.js").LifetimeSelector, visit: (generation:
+   *   number) => void, changed: (isPlaying: boolean) => void}} callbacks
    * @param {(last: number) => number[]} stops the generations to show, up to the last
    */
   constructor(callbacks, stops = (last) => [...FIRST_STOPS, last]) {
@@ -23,7 +23,8 @@ export class GenerationPlayer {
   /** Continue after the end of a lifetime. */
   next() {
     if (!this.isPlaying) return;
-    const { generation, last } = this.callbacks.now();
+    const { source: { generation }, condition } = this.callbacks.panel();
+    const last = condition.generations - 1;
     const next = this.stops(last).find((stop) => stop > generation && stop <= last);
     if (next === undefined) this.set(false);
     else this.callbacks.visit(next);

@@ -3,7 +3,7 @@
 import { el, showMessage } from "./common.js";
 import { handleGenerationKey } from "./shortcuts.js";
 import { ModelPanel } from "./model_panel.js";
-import { addTypicalRun, findNearestLifetime, formatLifetimeTitle } from "./sources.js";
+import { findNearestLifetime, formatLifetimeTitle } from "./sources.js";
 import { CURVE, VIEWS } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 
@@ -19,7 +19,6 @@ export class ModelTab {
     this.navigate = navigate;
     this.guide = guide;
     this.studies = studies;
-    this.latestRequest = 0;
     this.timer = 0;
     this.panel = new ModelPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
@@ -29,15 +28,11 @@ export class ModelTab {
       playAllClicked: () => this.generationPlayer.toggle(),
       moved: () => this.remember(),
     });
-    const getGeneration = () => ({
-      generation: this.panel.source.generation,
-      last: this.panel.condition.generations - 1,
-    });
     const allGenerations = (last) =>
       Array.from({ length: last + 1 }, (_, generation) => generation);
     this.generationPlayer = new GenerationPlayer(
       {
-        now: getGeneration,
+        panel: () => this.panel,
         visit: (generation) => this.showGeneration(generation),
         changed: (isPlaying) => this.setPlaying(isPlaying),
       },
@@ -52,7 +47,7 @@ export class ModelTab {
     });
   }
 
-  async start(state) {
+  start(state) {
     const worlds = el("div", { class: "worlds" }, this.panel.root);
     this.question = el("strong", { "data-testid": "question" });
     this.root.append(
@@ -67,18 +62,15 @@ export class ModelTab {
     const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
     // Without a generation, all generations play, if they differ visibly.
     const playsAll = state.generation === undefined && alleles.length > 0 && !isStill;
-    await this.show(playsAll ? { ...state, generation: 0 } : state);
-    if (playsAll && !this.leaving.signal.aborted) this.generationPlayer.set(true);
+    this.show(playsAll ? { ...state, generation: 0 } : state);
+    if (playsAll) this.generationPlayer.set(true);
   }
 
-  /** Show the state of an address. Without a run, show the typical run. */
-  async show(state) {
-    const request = ++this.latestRequest;
-    const completeState = await addTypicalRun(this.studies, state);
-    if (request !== this.latestRequest || this.leaving.signal.aborted) return;
+  /** Show the state of an address with a run. */
+  show(state) {
     // If undefined, a lifetime plays from its beginning.
     this.startAt = state.step;
-    this.panel.choose(findNearestLifetime(this.studies, completeState), {
+    this.panel.choose(findNearestLifetime(this.studies, state), {
       view: state.look,
       agent: state.agent ?? null,
     });

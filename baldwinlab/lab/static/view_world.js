@@ -3,7 +3,14 @@
 import { showMessage } from "./common.js";
 import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
 import { ModelTab } from "./model_tab.js";
-import { chooseOpening, hasWorld, loadStudies, MissingLifetimeError, PRESETS } from "./sources.js";
+import {
+  addTypicalRun,
+  chooseOpening,
+  hasWorld,
+  loadStudies,
+  MissingLifetimeError,
+  PRESETS,
+} from "./sources.js";
 import { WorldTab } from "./world_tab.js";
 
 export function mount(root, state, navigate, guide) {
@@ -11,7 +18,7 @@ export function mount(root, state, navigate, guide) {
   let available = null;
   let tab = null;
   let closed = false;
-  const update = (state) => {
+  const update = async (state) => {
     requested = state;
     if (!available) return;
     try {
@@ -23,14 +30,15 @@ export function mount(root, state, navigate, guide) {
       root.append(createMissingNotice(error));
       return;
     }
+    // Without a run, the tab shows the typical one.
+    const completeState = await addTypicalRun(available.studies, state);
+    // The user has moved on.
+    if (requested !== state || closed) return;
     const Tab = hasWorld(available.studies, state) ? WorldTab : ModelTab;
-    if (tab instanceof Tab) {
-      tab.show(state);
-      return;
-    }
+    if (tab instanceof Tab) return tab.show(completeState);
     closeTab();
     tab = new Tab(root, navigate, guide, available);
-    tab.start(state);
+    tab.start(completeState);
   };
   const closeTab = () => {
     tab?.close();

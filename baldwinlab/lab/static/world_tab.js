@@ -9,13 +9,7 @@ import { Inspector } from "./inspector.js";
 import { chooseSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import {
-  addTypicalRun,
-  chooseComparison,
-  findNearestLifetime,
-  formatLifetimeTitle,
-  PRESETS,
-} from "./sources.js";
+import { chooseComparison, findNearestLifetime, formatLifetimeTitle, PRESETS } from "./sources.js";
 import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
@@ -30,7 +24,6 @@ export class WorldTab extends WorldGroup {
     this.studies = stored.studies;
     this.navigate = navigate;
     this.guide = guide;
-    this.latestRequest = 0;
     this.trails = "recent";
     this.sight = true;
     this.listing = false;
@@ -39,10 +32,7 @@ export class WorldTab extends WorldGroup {
     this.worlds = el("div", { class: "worlds" });
     this.population = new Population((agent) => this.selectAgent(this.maps[0], agent));
     this.generationPlayer = new GenerationPlayer({
-      now: () => ({
-        generation: this.panels[0].source.generation,
-        last: this.panels[0].condition.generations - 1,
-      }),
+      panel: () => this.panels[0],
       visit: (generation) => this.showGeneration(generation),
       changed: (isPlaying) => this.setPlaying(isPlaying),
     });
@@ -59,7 +49,7 @@ export class WorldTab extends WorldGroup {
     addEventListener("keydown", (event) => handleWorldKey(event, this), { signal });
   }
 
-  async start(state) {
+  start(state) {
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
     this.root.append(
       el("h1", { class: "visually-hidden" }, "World"),
@@ -68,24 +58,14 @@ export class WorldTab extends WorldGroup {
       this.controls.root,
     );
     this.share = mountShare(document.getElementById("actions"), () => this.describeShared());
-    await this.show(state);
-    if (state.step === undefined && !this.leaving.signal.aborted) {
-      this.skipsToMeal = true;
-      if (this.isLoaded) this.loaded();
-      this.player.autoplay();
-    }
+    this.show(state);
+    if (state.step !== undefined) return;
+    this.skipsToMeal = true;
+    this.player.autoplay();
   }
 
-  /** Show the state of an address. Without a run, show the typical run. */
-  async show(state) {
-    const request = ++this.latestRequest;
-    const completeState = await addTypicalRun(this.studies, state);
-    if (request === this.latestRequest && !this.leaving.signal.aborted)
-      this.applyState(completeState);
-  }
-
-  /** Apply a state. Missing options get their defaults. */
-  applyState(state) {
+  /** Show the state of an address with a run. Missing options get their defaults. */
+  show(state) {
     const first = findNearestLifetime(this.studies, state);
     this.requirePanel(0).choose(first);
     const second = readSecondLifetime(state, first);
