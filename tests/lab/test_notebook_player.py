@@ -125,7 +125,7 @@ def test_the_frame_of_the_player_sends_no_request_and_cannot_read_the_notebook(
         page.goto(path.as_uri())
         frame = page.frame_locator("iframe")
         frame.get_by_test_id("timeline").fill("17")
-        expect(frame.get_by_test_id("replay-step")).to_have_text("step 17 of 300")
+        expect(frame.get_by_test_id("replay-step")).to_have_text("17 / 299")
         eaten = int(trace.eaten.values[:18].sum())
         expect(frame.get_by_test_id("replay-canvas-count")).to_contain_text(f"{eaten} eaten")
         frame.get_by_role("button", name="Play").click()

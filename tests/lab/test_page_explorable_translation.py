@@ -1,4 +1,4 @@
-"""Test that a translation of the explorable is one file: no other text of the page is English."""
+"""Test that a translation of the explorable is one file: its texts and its number formats."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PIECE = re.compile(r"\{\w+\}|[^\W\d_]+")
 def translate(value: Any) -> Any:
     """Return strings in which each word is another word. Placeholders and numbers stay."""
     if isinstance(value, dict):
-        fixed = {"language": "xx"} | ({"id": value["id"]} if "id" in value else {})
+        fixed = {"language": "de"} | ({"id": value["id"]} if "id" in value else {})
         return {key: fixed.get(key, translate(text)) for key, text in value.items()}
     if isinstance(value, list):
         return [translate(item) for item in value]
@@ -55,9 +55,11 @@ def list_english_words(page: Page) -> list[str]:
     return sorted(words - {"baldwinlab"})
 
 
-def test_a_translated_file_leaves_no_english_word(browser: Browser, tmp_path: Path) -> None:
+def test_a_translated_file_leaves_no_english_word_or_number(
+    browser: Browser, tmp_path: Path
+) -> None:
     with open_essay(browser, write_translation(tmp_path)) as page:
-        assert page.evaluate("document.documentElement.lang") == "xx"
+        assert page.evaluate("document.documentElement.lang") == "de"
         for step in ("evolution", "both", "needle"):
             section = show(page, step)
             expect(section.locator("[data-value]").first).not_to_have_text("Ж")
@@ -68,6 +70,9 @@ def test_a_translated_file_leaves_no_english_word(browser: Browser, tmp_path: Pa
         for key in ("Home", "ArrowUp"):
             both.locator(".chart-plot").press(key)
         expect(both.locator(".picture [role=status]")).to_have_text(re.compile(r"Ж, Ж \d, Ж 0: "))
+        # The browser is English.
+        expect(both.locator(".dial-value", has_text="0,01")).to_have_count(1)
+        expect(both.locator(".chart-value").first).to_have_text(re.compile(r"^\d+,\d$"))
         editor = show(page, "yours")
         editor.locator("summary").click()
         editor.get_by_role("button").nth(1).click()

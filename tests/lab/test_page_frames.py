@@ -57,7 +57,7 @@ def test_a_map_shows_a_density_and_after_zooming_in_single_agents(
         legend = page.get_by_test_id("density-legend")
         expect(legend).to_contain_text(f"agents {UNIT}")
         expect(legend).to_contain_text(f"food {UNIT}")
-        expect(page.get_by_test_id("eaten-a")).to_contain_text(f"of {CROWD_SIZE:,} ate")
+        expect(page.get_by_test_id("world-a-count")).to_contain_text(f"of {CROWD_SIZE:,} ate")
         canvas = page.get_by_test_id("world-a")
         both = canvas.screenshot()
         page.get_by_test_id("density-agents").uncheck()
@@ -158,7 +158,7 @@ def test_an_exported_page_counts_as_the_server(offline_page: Page, tmp_path: Pat
 
 
 REQUEST = """async window_ => {
-  const { getBinary } = await import("lab/common.js");
+  const { getBinary } = await import("lab/core/common.js");
   const live = new URLSearchParams(location.hash.split("?")[1]).get("id");
   const query = new URLSearchParams({
     live, run: 0, generation: 0, first: 20, count: 1, ...window_,

@@ -106,23 +106,19 @@ def test_founders_have_equal_shares_in_the_form(page: Page) -> None:
     expect(page.get_by_test_id("start")).to_be_enabled()
 
 
-def test_a_schedule_is_rows_of_generation_setting_and_value(page: Page) -> None:
+def test_a_schedule_is_a_list_that_the_server_checks(page: Page) -> None:
     page.goto("/#/live")
-    for _ in range(2):
-        page.get_by_test_id("add-schedule").click()
-    page.get_by_test_id("schedule-generation-1").fill("5")
-    page.get_by_test_id("schedule-value-1").select_option("none")
-    page.get_by_test_id("schedule-path-0").select_option("learning.rate")
-    page.get_by_test_id("schedule-value-0").fill("0.2")
-    page.get_by_test_id("schedule-value-0").blur()
-    expected = [
-        {"generation": 0, "learning.rate": 0.2},
-        {"generation": 5, "learning.rule": "none"},
-    ]
+    schedule = page.get_by_test_id("schedule")
+    schedule.fill('[{"generation": 5')
+    expect(page.get_by_test_id("setup-fault")).to_contain_text("schedule")
+    expect(page.get_by_test_id("start")).to_be_disabled()
+    schedule.fill('[{"generation": 5, "population.size": 7}]')
+    expect(page.get_by_test_id("setup-fault")).to_contain_text("population.size")
+    expected = [{"generation": 5, "learning.rule": "none"}]
+    schedule.fill(json.dumps(expected))
     expect(page.get_by_test_id("start")).to_be_enabled()
-    expect(page).to_have_url(re.compile("0.2"))
+    expect(page).to_have_url(re.compile("learning.rule"))
     assert read_changes(page)["schedule"] == expected
-    # A link restores the rows.
+    # A link restores the list.
     page.reload()
-    expect(page.get_by_test_id("schedule-generation-1")).to_have_value("5")
-    expect(page.get_by_test_id("schedule-value-1")).to_have_value("none")
+    expect(schedule).to_have_value(re.compile('"generation": 5,'))

@@ -26,7 +26,7 @@ MEASURE = """async module => {
     const world = { width: 640, height: 640 };
     const edge = ({ clientWidth: width, clientHeight: height }) =>
         640 * scale.call({ width, height, camera, world });
-    const canvases = [...document.querySelectorAll(".stage canvas, .figure-stage canvas")];
+    const canvases = [...document.querySelectorAll(".stage canvas")];
     const maps = canvases.map(edge);
     const view = document.querySelector("main");
     const page = document.documentElement;
@@ -60,7 +60,7 @@ def open_window(
         yield context.new_page()
 
 
-def check_page_layout(page: Page, maps: int, module: str = "/world.js") -> None:
+def check_page_layout(page: Page, maps: int, module: str = "/world/world_view.js") -> None:
     """Check the size of the maps, the width of the page, and the controls."""
     check_layout(page.evaluate(MEASURE, module), maps)
 
@@ -132,12 +132,12 @@ def test_the_maps_of_a_shared_page_are_large_enough(
     for width, height, dots in LOW:
         with open_window(browser, width, height, dots) as page:
             page.goto(path.as_uri())
-            expect(page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+            expect(page.get_by_test_id("replay-step")).to_have_text("40 / 299")
             expect(page.get_by_test_id("replay-play")).to_be_in_viewport()
-            check_page_layout(page, n_worlds, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world/world_view.js")
             page.get_by_test_id("replay-canvas-agent").first.select_option("3")
             page.locator("summary").click()
-            check_page_layout(page, n_worlds, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world/world_view.js")
 
 
 @pytest.mark.nightly
@@ -155,7 +155,7 @@ def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
             page.goto(run)
             expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1")
             check_page_layout(page, 1)
-            page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
+            page.evaluate("document.querySelector('.live-world .stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             page.get_by_test_id("live-canvas-agent").select_option("3")
             expect(page.get_by_test_id("relatives")).to_contain_text("parents")

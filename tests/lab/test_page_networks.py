@@ -19,7 +19,7 @@ from tests.worlds import make_small_experiment
 pytestmark = pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
 # Draw a network of layers, and return the texts and the arcs.
 DRAWN = """async ({ net }) => {
-    const { drawNetwork } = await import("/network.js");
+    const { drawNetwork } = await import("/inspector/network.js");
     const pen = document.createElement("canvas").getContext("2d");
     const words = [];
     const arcs = [];
@@ -32,7 +32,7 @@ DRAWN = """async ({ net }) => {
 
 # Draw a network without layers. Return the texts, and count the lines, columns and units.
 GRAPH = """async ({ net }) => {
-    const { drawGraph } = await import("/network.js");
+    const { drawNetwork } = await import("/inspector/network.js");
     const pen = document.createElement("canvas").getContext("2d");
     const words = [];
     const lines = [];
@@ -41,7 +41,7 @@ GRAPH = """async ({ net }) => {
     pen.lineTo = (x, y) => lines.push([x, y]);
     pen.arc = (x, y) => dots.push([Math.round(x), Math.round(y)]);
     const box = { left: 0, top: 0, width: 400, height: 150 };
-    drawGraph(pen, box, { ...net, links: new Float32Array(net.links) });
+    drawNetwork(pen, box, { ...net, links: new Float32Array(net.links) });
     const columns = new Set(dots.map(([x]) => x)).size;
     return { words, lines: lines.length, columns, dots: dots.length };
 }"""

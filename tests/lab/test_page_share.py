@@ -22,7 +22,7 @@ SECOND_WORLD = {f"b.{name}": value for name, value in (SMALL | {"condition": "ev
 
 # Record the worlds that a shared page draws. The page has no interface for tests.
 RECORDER = """async () => {
-    const { WorldView } = await import("lab/world.js");
+    const { WorldView } = await import("lab/world/world_view.js");
     const draw = WorldView.prototype.draw;
     globalThis.drawn = [];
     WorldView.prototype.draw = function (...values) {
@@ -71,14 +71,14 @@ def test_a_shared_page_plays_from_a_file(
 ) -> None:
     open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL))
     step = offline_page.get_by_test_id("replay-step")
-    expect(step).to_have_text("step 0 of 300")
+    expect(step).to_have_text("0 / 299")
     offline_page.get_by_test_id("replay-speed").select_option("20")
     offline_page.get_by_role("button", name="Play").click()
     expect(offline_page.get_by_role("button", name="Pause")).to_be_visible()
-    expect(step).to_have_text("step 299 of 300")
+    expect(step).to_have_text("299 / 299")
     expect(offline_page.get_by_role("button", name="Play")).to_be_visible()
     offline_page.locator("body").press("ArrowLeft")
-    expect(step).to_have_text("step 298 of 300")
+    expect(step).to_have_text("298 / 299")
 
 
 def test_the_positions_of_agents_on_a_shared_page_are_those_of_the_replay(
@@ -92,7 +92,7 @@ def test_the_positions_of_agents_on_a_shared_page_are_those_of_the_replay(
         b=urlencode(SMALL | {"condition": "evo/A"}),
         step=40,
     )
-    expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+    expect(offline_page.get_by_test_id("replay-step")).to_have_text("40 / 299")
     offline_page.evaluate(RECORDER)
     for step in (210, 17):
         offline_page.get_by_test_id("timeline").fill(str(step))
@@ -188,7 +188,7 @@ def test_the_menu_downloads_both_worlds_as_a_page_and_as_a_picture(
         assert picture.width > 900
     offline_page.goto((tmp_path / "shared.html").as_uri())
     expect(offline_page.get_by_test_id("replay-canvas")).to_have_count(2)
-    expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
+    expect(offline_page.get_by_test_id("replay-step")).to_have_text("120 / 299")
 
 
 @pytest.mark.nightly

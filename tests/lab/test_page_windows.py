@@ -57,7 +57,7 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&b.condition=evo/A")
     expect(page.locator("[data-ready]")).to_have_count(2)
     # With reduced motion, nothing plays.
-    expect(page.get_by_test_id("play")).to_have_attribute("aria-label", "Play (space)")
+    expect(page.get_by_test_id("play")).to_have_attribute("aria-label", "Play")
     check_width(page)
     assert find_violations(page) == []
     page.get_by_test_id("behavior").click()
@@ -70,8 +70,8 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     page.goto("/#/live")
     page.get_by_test_id("freezer").click()
     check_dialog(page, page.get_by_role("dialog", name="Freezer"))
-    page.get_by_test_id("add-schedule").click()
-    expect(page.get_by_test_id("schedule-value-0")).to_be_visible()
+    page.get_by_test_id("schedule").scroll_into_view_if_needed()
+    expect(page.get_by_test_id("schedule")).to_be_visible()
     check_width(page)
     page.goto("/#/world?study=nowhere")
     expect(page.get_by_test_id("missing-lifetime")).to_be_visible()

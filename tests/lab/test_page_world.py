@@ -36,7 +36,7 @@ def read_state(page: Page) -> dict[str, Any]:
     """Return the query of the address, without the delay of its updates."""
     state: dict[str, Any] = page.evaluate(
         """async () => {
-          const { formatAddress } = await import("/address.js");
+          const { formatAddress } = await import("/core/address.js");
           return Object.fromEntries(new URLSearchParams(formatAddress().split("?")[1]));
         }"""
     )
@@ -113,7 +113,7 @@ def test_the_number_of_eaten_items_is_that_of_the_replay(page: Page) -> None:
     for step in (120, 299, 3):
         open_world(page, f"{SELF_TAUGHT}&step={step}")
         totals = eaten.isel(step=step)
-        expect(find(page, "eaten-a")).to_have_text(
+        expect(find(page, "world-a-count")).to_have_text(
             f"learns · {int(totals.sum())} eaten · {int((totals > 0).sum())} of 20 ate"
         )
 
@@ -240,7 +240,7 @@ def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
 ) -> None:
     open_world(page)
     page.evaluate("""async () => {
-        const { navigate } = await import("/address.js");
+        const { navigate } = await import("/core/address.js");
         // This update of the address is delayed.
         navigate({ step: 17 });
         location.hash = "#/results";
@@ -283,7 +283,7 @@ def test_a_lost_connection_shows_a_message_until_it_is_restored(
     expect(find(page, "connection")).to_be_visible()
     page.unroute("**/api/**")
     expect(find(page, "connection")).to_be_hidden()
-    expect(find(page, "eaten-a")).to_contain_text("of 20 ate")
+    expect(find(page, "world-a-count")).to_contain_text("of 20 ate")
     context.close()
 
 

@@ -21,14 +21,7 @@ from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import MODULES_FOLDER, shipped_experiments
 
 FIRST_MODULE: Final = "explorable/page.js"
-STYLES: Final = (
-    "vendor/uPlot.min.css",
-    "style.css",
-    "world.css",
-    "world_windows.css",
-    "charts.css",
-    "explorable/page.css",
-)
+STYLES: Final = ("vendor/uPlot.min.css", "base.css", "explorable/explorable.css")
 STRINGS_FILE: Final = Path(__file__).parent / "strings.toml"
 RECORDINGS_FILE: Final = Path(__file__).parent / "recordings.json"
 MAX_PAGE_BYTES: Final = 1_500_000

@@ -1,8 +1,8 @@
 /** A map of the essay, with its caption and the number of eaten items. */
 
-import { el } from "../common.js";
-import { WorldView } from "../world.js";
-import { Player } from "../player.js";
+import { el, formatNumber, setText } from "../core/common.js";
+import { WorldView } from "../world/world_view.js";
+import { Player } from "../world/player.js";
 import { formatText } from "./figure.js";
 
 // Milliseconds between two pictures, which limits the load of a phone.
@@ -35,14 +35,11 @@ export class MapView {
     this.caption = el("span", {}, caption);
     const foot = el("figcaption", {}, this.caption, " ", this.count);
     this.root = el("figure", { class: "map" }, this.canvas, foot);
-    new ResizeObserver(() => {
-      this.view.resize();
-      invalidate();
-    }).observe(this.canvas);
+    this.view.followSize(invalidate);
   }
 
   /**
-   * @param {import("../recording.js").Recording} recording
+   * @param {import("../world/recording.js").Recording} recording
    * @param {number|null} agent gets a ring
    */
   show(recording, agent = null) {
@@ -81,17 +78,13 @@ export class MapView {
     const moment = Math.min(time, recording.last - 1);
     const trails = this.view.width < MIN_TRAIL_WIDTH ? "off" : "recent";
     this.view.draw(recording, moment, { selectedAgent: agent, trails });
-    const items = this.countItems(moment).toLocaleString();
-    const text = formatText(this.strings.eaten, { items });
-    if (this.count.textContent !== text) this.count.textContent = text;
+    const items = formatNumber(this.countItems(moment));
+    setText(this.count, formatText(this.strings.eaten, { items }));
   }
 
   /** Return the number of items that all agents have eaten. */
   countItems(time) {
-    let items = 0;
-    for (let agent = 0; agent < this.recording.agents; agent++)
-      items += this.recording.countEaten(Math.floor(time) + 1, agent);
-    return items;
+    return this.recording.countAllEaten(Math.floor(time) + 1).items;
   }
 }
 

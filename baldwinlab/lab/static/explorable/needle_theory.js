@@ -6,7 +6,7 @@ const MAX_GAIN = 19;
 const HALVINGS = 60;
 
 /** Return the mean fitness of a string with `unset` open switches and no wrong one. */
-export function computeExpectedFitness(unset, { trials, cost }) {
+function computeExpectedFitness(unset, { trials, cost }) {
   const success = 0.5 ** unset;
   let fitness = 1;
   // The probability that the first success is this trial.
@@ -19,7 +19,7 @@ export function computeExpectedFitness(unset, { trials, cost }) {
 }
 
 /** Return the relative gain in fitness if one open switch becomes right. */
-export function computeSelection(unset, settings) {
+function computeSelection(unset, settings) {
   const count = Math.max(unset, 1);
   const fitness = computeExpectedFitness(count, settings);
   return (computeExpectedFitness(count - 1, settings) - fitness) / fitness;

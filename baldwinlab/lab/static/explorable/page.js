@@ -1,6 +1,6 @@
 /** The essay: each step has dials in its text, a picture, and a question. */
 
-import { formatNumber } from "../common.js";
+import { formatNumber, setText } from "../core/common.js";
 import { Dials } from "./dials.js";
 import { ControlsFigure, CurvesFigure, EvolutionFigure, ForkFigure } from "./evolution_figures.js";
 import { AgentFigure, LearningFigure } from "./life_figures.js";
@@ -66,7 +66,7 @@ function createValueSetter(section) {
   );
   return (name, text) => {
     const output = outputs.get(name);
-    if (output && output.textContent !== text) output.textContent = text;
+    if (output) setText(output, text);
   };
 }
 
