@@ -24,9 +24,9 @@ R. T. Lange and H. Sprekeler, "Learning not to learn: nature versus nurture in s
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +84,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
         description="Largest number of exploratory pulls of the founders. They are uniform.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 101,
@@ -95,16 +95,16 @@ class BanditExplorers(Model, name="bandit-explorers"):
         },
         "record": {"genome_every": 50},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "explored": Variable.integer("pulls", "number of exploratory pulls"),
         "explores": Variable.flag("1 if the agent explores, 0 if its choice is hard-coded"),
         "accepted": Variable.share("share of bandits in which arm 2 is chosen at the end"),
     }
-    innate_trait: ClassVar[str] = "explored"
-    learned_distance: ClassVar[str] = "explores"
-    learning_time: ClassVar[str] = "explored"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "explored"
+    learned_distance = "explores"
+    learning_time = "explored"
+    settings_without_learning = {"learning": False}
+    measures = {
         "explores": Measure(
             "share of agents that explore in the last generation",
             mean_of_last_generation("explores"),

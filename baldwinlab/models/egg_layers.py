@@ -24,8 +24,8 @@ framework", Artificial Life 15 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -71,11 +71,11 @@ class EggLayers(Model, name="egg-layers"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 24, "variation": "infinitesimal", "mutation_size": 0.14},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "preference": Variable.quantity("logit", "innate preference for the right medium"),
         "innate_share": Variable.share(
             "share of eggs on the right medium by the innate preference"
@@ -85,12 +85,12 @@ class EggLayers(Model, name="egg-layers"):
             "1/logit", "slope of the logarithm of the gain of learning at the innate preference"
         ),
     }
-    innate_trait: ClassVar[str] = "preference"
-    learned_distance: ClassVar[str] = "learned_shift"
-    learning_amount: ClassVar[str] = "learning_shift"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    payoff: ClassVar[str] = "share of eggs on the right medium"
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "preference"
+    learned_distance = "learned_shift"
+    learning_amount = "learning_shift"
+    settings_without_learning = {"learning": False}
+    payoff = "share of eggs on the right medium"
+    measures = {
         "response": Measure(
             "increase of the mean innate preference, first to last generation",
             change_of_mean("preference", 0, -1),

@@ -20,10 +20,10 @@ function.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from math import pi
-from typing import Any, ClassVar, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -134,12 +134,12 @@ class FunctionClimbers(Model, name="function-climbers"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 101, "variation": "one-point-bits", "mutation_rate": 0.0},
         "record": {"genome_every": 20},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("fitness of the string at birth, 0 to 1"),
         "learned": Variable.share("fitness of the string at death, 0 to 1"),
         "optimum": Variable.flag("1 if the string at birth is the global optimum, else 0"),
@@ -148,12 +148,12 @@ class FunctionClimbers(Model, name="function-climbers"):
             "evaluations", "number of evaluated strings in the lifetime"
         ),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    clock: ClassVar[str] = "evaluations"
-    learned_distance: ClassVar[str] = "changed"
-    learning_amount: ClassVar[str] = "learning_steps"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_steps": 0}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = {"0": 0.0, "1": 1.0}
+    clock = "evaluations"
+    learned_distance = "changed"
+    learning_amount = "learning_steps"
+    settings_without_learning = {"learning_steps": 0}
+    measures = {
         "optimum": Measure(
             "share of agents born as the global optimum, last generation",
             mean_of_last_generation("optimum"),

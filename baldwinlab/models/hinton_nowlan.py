@@ -17,8 +17,8 @@ G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Syste
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -80,25 +80,25 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         description="Factor of the fitness that each used trial costs. 1: the paper; 0: no cost.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "ones": Variable.share("share of alleles that are 1, the correct allele"),
         "unset": Variable.share("share of alleles that are ?"),
         "zeros": Variable.share("share of alleles that are 0"),
         "succeeded": Variable.flag("1 if all alleles were correct in a trial, else 0"),
         "used": Variable.integer("trials", "number of trials in the lifetime"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-    clock: ClassVar[str] = "used"
-    innate_trait: ClassVar[str] = "ones"
-    learned_distance: ClassVar[str] = "unset"
-    learning_time: ClassVar[str] = "used"
-    learning_amount: ClassVar[str] = "trials"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"guessing": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
+    clock = "used"
+    innate_trait = "ones"
+    learned_distance = "unset"
+    learning_time = "used"
+    learning_amount = "trials"
+    settings_without_learning = {"guessing": False}
+    measures = {
         "ones": Measure("share of 1 in the last generation", mean_of_last_generation("ones")),
         "unset": Measure("share of ? in the last generation", mean_of_last_generation("unset")),
         "zeros": Measure("share of 0 in the last generation", mean_of_last_generation("zeros")),
@@ -197,8 +197,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             " among the founders."
         ),
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
+    settings = ("mutation_rate",)
+    derived = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         # Three times the share of 0, because `vary` draws a number from (0, 3).
         "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),

@@ -21,8 +21,8 @@ genetic assimilation", Journal of Evolutionary Biology 22 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -106,22 +106,22 @@ class LinearNorms(Model, name="linear-norms"):
 
     # The weights of a genome are in units of the genetic standard deviations, so that their
     # variance is 1 without selection: twice the variance of segregation.
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 200},
         "evolution": {"generations": 601, "variation": "infinitesimal", "mutation_size": 0.7071},
         "record": {"genome_every": 20},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "intercept": Variable.quantity("z", "intercept of the reaction norm"),
         "slope": Variable.quantity("z/e", "slope of the reaction norm"),
         "plastic_response": Variable.quantity("z", "absolute change of the phenotype by the cue"),
         "mismatch": Variable.quantity("z", "phenotype minus the optimum in this generation"),
     }
-    innate_trait: ClassVar[str] = "intercept"
-    learned_distance: ClassVar[str] = "plastic_response"
-    learning_amount: ClassVar[str] = "plasticity"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": 0.0}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "intercept"
+    learned_distance = "plastic_response"
+    learning_amount = "plasticity"
+    settings_without_learning = {"plasticity": 0.0}
+    measures = {
         "slope-rise": Measure(
             "change of the mean slope from generation 0 to 20",
             change_of_mean("slope", 0, PHASE_END),

@@ -17,9 +17,9 @@ environments", TPNC 2018.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, ClassVar, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -60,12 +60,12 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 201, "variation": "one-point-alleles", "mutation_rate": 0.01},
         "record": {"genome_every": 10},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         RECORD_NAMES[name]: variable
         for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
@@ -73,8 +73,8 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         "right": Variable.share("share of correct alleles in this generation"),
         "wrong": Variable.share("share of wrong alleles in this generation"),
     }
-    innate_trait: ClassVar[str] = "right"
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "right"
+    measures = {
         "fitness": Measure("fitness in the second half of the run", mean_of_second_half("energy")),
         "right": Measure(
             "share of correct alleles in the second half of the run", mean_of_second_half("right")

@@ -21,8 +21,8 @@ Biology 175 (1995).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -77,7 +77,7 @@ class MovingOptimum(Model, name="moving-optimum"):
         0.4, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {
             "generations": 401,
@@ -86,7 +86,7 @@ class MovingOptimum(Model, name="moving-optimum"):
             "mutation_size": 0.1,
         },
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate_x": Variable.quantity("x", "x at birth"),
         "mismatch_at_birth": Variable.quantity(
             "x", "optimum minus x at birth; above 0: behind the optimum"
@@ -94,11 +94,11 @@ class MovingOptimum(Model, name="moving-optimum"):
         "mismatch_at_death": Variable.quantity("x", "optimum minus x at death, after learning"),
         "learned_distance": Variable.quantity("x", "distance between x at birth and at death"),
     }
-    innate_trait: ClassVar[str] = "innate_x"
-    learned_distance: ClassVar[str] = "learned_distance"
-    learning_amount: ClassVar[str] = "learned_share"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "innate_x"
+    learned_distance = "learned_distance"
+    learning_amount = "learned_share"
+    settings_without_learning = {"learning": False}
+    measures = {
         "mismatch": Measure(
             "optimum minus x at death, in the second half of the run",
             mean_of_second_half("mismatch_at_death", np.float64),

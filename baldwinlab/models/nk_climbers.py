@@ -28,9 +28,9 @@ G. Mayley, "Guiding or hiding", ECAL 97.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -144,7 +144,7 @@ class NKClimbers(Model, name="nk-climbers"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 151,
@@ -154,17 +154,17 @@ class NKClimbers(Model, name="nk-climbers"):
         },
         "record": {"genome_every": 5},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("fitness of the string at birth, 0 to 1"),
         "learned": Variable.share("fitness of the string at death, without the cost, 0 to 1"),
         "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    learned_distance: ClassVar[str] = "changed"
-    learning_amount: ClassVar[str] = "trials"
+    alleles = {"0": 0.0, "1": 1.0}
+    learned_distance = "changed"
+    learning_amount = "trials"
     # An agent that changes no bit has no cost.
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0, "cost_per_bit": 0.0}
-    views: ClassVar[Mapping[str, View]] = {
+    settings_without_learning = {"trials": 0, "cost_per_bit": 0.0}
+    views = {
         "climb": View(
             (
                 "Fitness of a string after each trial of its lifetime, compared with the "
@@ -173,7 +173,7 @@ class NKClimbers(Model, name="nk-climbers"):
             _view_climb,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "innate": Measure("innate fitness in generation 150", mean_at("innate", 150)),
         "changed": Measure("bits changed by learning in generation 150", mean_at("changed", 150)),
         "changed-at-first": Measure(
@@ -290,10 +290,8 @@ class BitFlips(Variation, name="bit-flips"):
     Mayley 1996.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    settings = ("mutation_rate",)
+    derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
     def vary(

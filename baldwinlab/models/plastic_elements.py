@@ -20,9 +20,9 @@ T. J. H. Morgan and T. L. Griffiths, "What the Baldwin effect affects", CogSci 2
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -108,12 +108,12 @@ class PlasticElements(Model, name="plastic-elements"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 500},
         "evolution": {"generations": 121, "variation": "one-point-alleles", "mutation_rate": 0.01},
         "record": {"genome_every": 50},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("share of elements that are innately right"),
         "plastic": Variable.share("share of elements that are plastic"),
         "right": Variable.share("share of elements that are right at death"),
@@ -121,11 +121,11 @@ class PlasticElements(Model, name="plastic-elements"):
             "bit mask", "innately right elements: bit i - 1 is 1 if element i is right at birth"
         ),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-    innate_trait: ClassVar[str] = "innate"
-    learned_distance: ClassVar[str] = "plastic"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
+    innate_trait = "innate"
+    learned_distance = "plastic"
+    settings_without_learning = {"learning": False}
+    measures = {
         "plastic": Measure(
             "share of plastic elements in the last generation",
             mean_of_last_generation("plastic"),

@@ -22,8 +22,8 @@ framework", Artificial Life 15 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -59,7 +59,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         0.1, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {
             "generations": 21,
@@ -68,14 +68,14 @@ class SlopeClimbers(Model, name="slope-climbers"):
             "mutation_size": 0.03,
         },
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate_x": Variable.quantity("x", "x at birth"),
         "uphill": Variable.flag("1 if fitness rises with x at birth, else 0"),
     }
-    innate_trait: ClassVar[str] = "innate_x"
-    learning_amount: ClassVar[str] = "learning_step"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "innate_x"
+    learning_amount = "learning_step"
+    settings_without_learning = {"learning": False}
+    measures = {
         "climb": Measure(
             "increase of mean innate x, first to last generation", change_of_mean("innate_x", 0, -1)
         ),

@@ -21,8 +21,8 @@ Ecology 2 (1991).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -58,20 +58,20 @@ class TwoStateForager(Model, name="two-state-forager"):
         False, description="Whether all agents of a generation have the same states."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 301, "variation": "bit-flips", "mutation_rate": 0.001},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "learns": Variable.flag("1 if the agent can learn, else 0"),
         "innate_match": Variable.flag("1 if the innate preference is correct at birth, else 0"),
         "innate_error": Variable.share("share of steps with a wrong innate preference"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    innate_trait: ClassVar[str] = "innate_match"
-    learned_distance: ClassVar[str] = "innate_error"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = {"0": 0.0, "1": 1.0}
+    innate_trait = "innate_match"
+    learned_distance = "innate_error"
+    settings_without_learning = {"learning": False}
+    measures = {
         "learners": Measure(
             "share of agents that can learn in the last generation",
             mean_of_last_generation("learns"),

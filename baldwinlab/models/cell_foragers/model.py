@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -82,7 +82,7 @@ class CellForagers(Model, name="cell-foragers"):
         50, ge=1, le=10_000, description="Number of steps per environment."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 51,
@@ -92,15 +92,15 @@ class CellForagers(Model, name="cell-foragers"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food eaten per environment"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_rate": 0.0}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "food eaten per environment"
+    learning_amount = "learning_rate"
+    settings_without_learning = {"learning_rate": 0.0}
+    records = {
         "gain": Variable.quantity(
             "items", "food per environment in the last sixth of life minus that in the first"
         ),
     }
-    views: ClassVar[Mapping[str, View]] = {
+    views = {
         "life": View(
             (
                 "An agent and its food, step by step. Eaten food disappears. Each "
@@ -109,7 +109,7 @@ class CellForagers(Model, name="cell-foragers"):
             _view_lifetime,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         **{
             f"gain-{generation}": Measure(
                 f"gain within life in generation {generation}, items an environment",

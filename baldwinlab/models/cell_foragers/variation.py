@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -25,10 +24,8 @@ class FewMutations(Variation, name="few-mutations"):
         le=1000,
         description="Number of weights of a child that mutate, drawn with replacement.",
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
-    }
+    settings = ("mutation_size",)
+    derived = {"size": lambda part, experiment: float(experiment.evolution.mutation_size)}
 
     @staticmethod
     def vary(

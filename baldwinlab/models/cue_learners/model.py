@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,15 +52,15 @@ class CueLearners(Model, name="cue-learners"):
     units: int = Field(3, ge=2, le=8, description="Number of units.")
     items: int = Field(100, ge=1, le=100_000, description="Number of items in a lifetime.")
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {"generations": 601, "variation": "one-point-of-units", "mutation_rate": 0.01},
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "food minus poison eaten, plus half the number of items"
+    learning_amount = "learning_rate"
+    settings_without_learning = {"learning": False}
+    records = {
         "beyond": Variable.quantity(
             "items",
             "food minus poison eaten, above the midpoint between eating by smell and "
@@ -69,7 +69,7 @@ class CueLearners(Model, name="cue-learners"):
         "by_colour": Variable.flag("1 if the agent eats by color at death, independent of smell"),
         "born_so": Variable.flag("1 if the agent eats by color at birth"),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "time": Measure(
             (
                 "generations until the average agent reaches the midpoint between smell "

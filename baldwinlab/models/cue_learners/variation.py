@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
@@ -22,8 +21,8 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     Todd and Miller 1991.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
+    settings = ("mutation_rate",)
+    derived = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
         "units": lambda part, experiment: int(experiment.model_part.units),
     }

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -50,7 +50,7 @@ class DigitReaders(Model, name="digit-readers"):
         10, ge=1, le=1000, description="Number of tests per digit at the end of a lifetime."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 51,
@@ -60,18 +60,18 @@ class DigitReaders(Model, name="digit-readers"):
         },
         "record": {"genome_every": 5},
     }
-    payoff: ClassVar[str] = "share of digits classified correctly"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "share of digits classified correctly"
+    records = {
         "innate_error": Variable.share("share of digits misclassified at birth"),
         "error": Variable.share("share of digits misclassified at the end of life"),
         "used": Variable.integer(
             "trials", "number of trials in the lifetime, plus 1 for the test at its end"
         ),
     }
-    clock: ClassVar[str] = "used"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    clock = "used"
+    learning_amount = "learning_rate"
+    settings_without_learning = {"trials": 0}
+    measures = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
             mean_of_last_generation("innate_error"),

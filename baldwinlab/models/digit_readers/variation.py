@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -37,10 +36,8 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    settings = ("mutation_rate",)
+    derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
     def vary(

@@ -16,8 +16,8 @@ The thresholds, damages and rates are not in the paper. They are settings here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -129,19 +129,19 @@ class ErlPopulations(Model, name="erl-populations"):
         0.03, ge=0, le=10, description="Learning rate after a deterioration."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1},
         # Further generations would be further histories of the same founders.
         "evolution": {"generations": 1, "mutation_rate": 0.0},
     }
     # One plant is enough energy for a child, and one bite kills.
-    check_settings: ClassVar[Mapping[str, Any]] = {
+    check_settings = {
         "max_steps": 8, "initial_agents": 4, "max_agents": 8,
         "grid_size": 12, "initial_plants": 50, "trees": 3, "initial_carnivores": 4,
         "plant_energy": 1.0, "bite_damage": 1.0,
     }  # fmt: skip
-    payoff: ClassVar[str] = "steps survived"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "steps survived"
+    records = {
         "extinct": Variable.integer(
             "", "1 if the population died out before the last step, else 0"
         ),
@@ -153,7 +153,7 @@ class ErlPopulations(Model, name="erl-populations"):
             "carnivores", "number of carnivores, mean over the survived steps"
         ),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "survived": Measure(
             "steps that the population survives", mean_of_last_generation("energy"), _survives
         ),

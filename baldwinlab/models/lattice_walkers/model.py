@@ -24,8 +24,8 @@ multipeaked fitness landscapes", Journal of Evolutionary Biology 19 (2006).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -75,7 +75,7 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         description="Number of steps of climbing, or radius of the neighborhood, in positions.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 801,
@@ -84,16 +84,16 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         },
         "record": {"genome_every": 100},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "position": Variable.integer("positions", "position at birth"),
         "innate": Variable.quantity("fitness", "fitness without plasticity"),
         "at_peak": Variable.flag("1 if the position at birth has the highest fitness"),
         "climbed": Variable.integer("positions", "distance between birth and death"),
     }
-    learned_distance: ClassVar[str] = "climbed"
-    learning_amount: ClassVar[str] = "learning_steps"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": "none"}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    learned_distance = "climbed"
+    learning_amount = "learning_steps"
+    settings_without_learning = {"plasticity": "none"}
+    measures = {
         "time": Measure(
             "generations until a population reaches the highest peak, at most those of the run",
             _restricted_time,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Callable, Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -73,7 +73,7 @@ class LightSwitch(Model, name="light-switch"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 41,
@@ -83,14 +83,14 @@ class LightSwitch(Model, name="light-switch"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "share of life under the lit lamp"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "share of life under the lit lamp"
+    settings_without_learning = {"plasticity": False}
+    alleles = {"0": 0.0, "1": 1.0}
+    records = {
         "score": Variable.share("share of steps under the lit lamp"),
         "changed": Variable.share("share of steps under the lit lamp in a changed world"),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "changed": Measure(
             "share of steps under the lit lamp in a changed world, last ten generations",
             _mean_of_last_generations("changed"),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from baldwinlab.engine.simd import ONE
 from baldwinlab.evolution.variation import Draws, OneGenome
@@ -24,10 +23,8 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     Floreano and Urzelai 2000.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
-    }
+    settings = ("mutation_rate",)
+    derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
     def vary(

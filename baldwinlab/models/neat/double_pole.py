@@ -20,8 +20,8 @@ Stanley and Miikkulainen 2002.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +45,7 @@ from baldwinlab.models.neat.network_model import (
     measure_solutions,
     record_networks,
 )
-from baldwinlab.parts import Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Variable
 
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
@@ -120,17 +120,17 @@ class NeatPoles(Poles, name="neat-poles"):
 
     sensed_entries: ClassVar[tuple[int, ...]] = tuple(range(STATE_SIZE))
     n_inputs: ClassVar[int] = len(sensed_entries)
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 150},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "steps balanced"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "steps balanced"
+    records = {
         "solves": Variable.integer("", "1 if both poles stayed upright for all steps, else 0"),
         **NETWORK_RECORDS,
     }
-    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(lambda runs: runs["solves"] == 1)
+    measures = measure_solutions(lambda runs: runs["solves"] == 1)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]

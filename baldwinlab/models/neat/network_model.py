@@ -53,8 +53,8 @@ class NetworkModel(Model):
         max_links: int
         founder_weight_range: float
 
-    has_graph_genomes: ClassVar[bool] = True
-    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    has_graph_genomes = True
+    infinite_genes = INFINITE_GENES
     # Number of inputs without the bias.
     n_inputs: ClassVar[int]
 

@@ -15,7 +15,7 @@ hidden nodes and 7.48 enabled links.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -32,7 +32,7 @@ from baldwinlab.models.neat.network_model import (
     measure_solutions,
     record_networks,
 )
-from baldwinlab.parts import Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 CORRECT_ANSWERS: Final = (0, 1, 1, 0)
@@ -48,19 +48,17 @@ class NeatXor(NetworkModel, name="neat-xor"):
     founder_weight_range: float = FOUNDER_WEIGHT_RANGE
 
     n_inputs: ClassVar[int] = len(QUESTIONS[0])
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 150},
         "evolution": {"generations": 150, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 10},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "right": Variable.integer("answers", "number of correct answers, of four"),
         **NETWORK_RECORDS,
     }
 
-    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
-        lambda runs: runs["right"] == len(QUESTIONS)
-    )
+    measures = measure_solutions(lambda runs: runs["right"] == len(QUESTIONS))
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]

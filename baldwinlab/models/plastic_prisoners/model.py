@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -81,14 +81,14 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         description="Assumed moves before a match: one of four at random, DD or CC.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 2001, "variation": "bit-flips", "mutation_rate": 1 / 1500},
         # The assay `innate` simulates these generations, so it need not reproduce any.
         "record": {"genome_every": 21},
     }
-    payoff: ClassVar[str] = "mean payoff per round"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "mean payoff per round"
+    records = {
         "strategy": Variable(
             PER_AGENT_DIMS,
             np.int8,
@@ -96,21 +96,21 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             "strategy: a digit to base 3 for each of DD, DC, CD, CC: 0 D, 1 C, 2 plastic",
         ),
     }
-    shares: ClassVar[Mapping[str, Measure]] = {
+    shares = {
         "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    learned_distance: ClassVar[str] = "plasticity"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    views: ClassVar[Mapping[str, View]] = {
+    alleles = {"0": 0.0, "1": 1.0}
+    learned_distance = "plasticity"
+    settings_without_learning = {"learning": False}
+    views = {
         "payoffs": View(
             "Payoffs between the most frequent genomes.",
             _view_payoffs,
             has_agent_choice=False,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "least-payoff": Measure(
             "lowest mean payoff of the average agent before generation 150",
             lambda runs: mean_payoff(runs.isel(generation=slice(150))).min("generation"),

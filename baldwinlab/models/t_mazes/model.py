@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -145,7 +145,7 @@ class TMazes(Model, name="t-mazes"):
         "trip", description="Period after which activations are reset to 0."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 200},
         "evolution": {
             "generations": 201,
@@ -156,13 +156,13 @@ class TMazes(Model, name="t-mazes"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "reward gained in a lifetime"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "reward gained in a lifetime"
+    settings_without_learning = {"plasticity": False}
+    records = {
         "high": Variable.share("share of trips that reach the high reward"),
         "crashed": Variable.share("share of trips that end in a crash"),
     }
-    views: ClassVar[Mapping[str, View]] = {
+    views = {
         "trips": View(
             "An agent in its maze, cell by cell, for each trip. After a crash it "
             "faces the wall. The position of the high reward, and its change, are "
