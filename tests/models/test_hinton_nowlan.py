@@ -18,7 +18,8 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
+from baldwinlab.models.discrete_variation import OnePointOfAlleles
+from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.models import evaluate_hinton_nowlan

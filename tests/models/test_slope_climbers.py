@@ -18,7 +18,8 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
 from baldwinlab.experiment import assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.models.slope_climbers import SlopeClimbers, exponential
+from baldwinlab.models.kit import exponential
+from baldwinlab.models.slope_climbers import SlopeClimbers
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.theory.gain import selection_gain
 

@@ -12,7 +12,8 @@ import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
-from baldwinlab.models.two_state_forager import STATE_GENERATION, TwoStateForager
+from baldwinlab.models.kit import ENVIRONMENT_GENERATION
+from baldwinlab.models.two_state_forager import TwoStateForager
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -57,7 +58,7 @@ def test_a_lifetime_agrees_with_plain_python(shared: bool, learning: bool) -> No
     assert results.learned is not None
     draws = uniforms(7, 3, 5, LIFE, (40, 6))[:, :, 0]
     state = 1
-    for draw in uniforms(7, 3, STATE_GENERATION, LIFE, (1, 6))[0, 1:, 0]:
+    for draw in uniforms(7, 3, ENVIRONMENT_GENERATION, LIFE, (1, 6))[0, 1:, 0]:
         state = state if draw < 0.4 else 1 - state
     for agent in range(40):
         agent_draws = draws[0 if shared else agent]

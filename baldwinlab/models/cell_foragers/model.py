@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.lifetimes import (
     INHERITED_TEACHER,
@@ -22,8 +22,7 @@ from baldwinlab.models.cell_foragers.lifetimes import (
 )
 from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
 from baldwinlab.models.grid_frames import make_foraging_frames
-from baldwinlab.models.record_means import mean_at
-from baldwinlab.parts import FOUNDER, Field, GridView, LifeResults, Measure, Model, Variable, View
+from baldwinlab.parts import Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
     "none": NO_TARGET,
@@ -39,9 +38,7 @@ N_ADDITIONAL_OUTPUTS: Final = 2
 MAX_SHOWN_MOVES: Final = 20_000
 
 
-def _view_lifetime(
-    model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> GridView:
+def _view_lifetime(model: CellForagers, key: Any, genomes: kit.Genomes, agent: int) -> GridView:
     """Return the moves of an agent in its first environments."""
     max_environments = max(1, MAX_SHOWN_MOVES // model.steps_per_environment)
     environments = min(model.environments, max_environments)
@@ -113,13 +110,13 @@ class CellForagers(Model, name="cell-foragers"):
         **{
             f"gain-{generation}": Measure(
                 f"gain within life in generation {generation}, items an environment",
-                mean_at("gain", generation),
+                kit.mean_at("gain", generation),
             )
             for generation in (0, 10, 20, 50)
         },
         "gain-falls": Measure(
             "gain within life in generation 10 minus that in generation 50",
-            lambda runs: mean_at("gain", 10)(runs) - mean_at("gain", 50)(runs),
+            lambda runs: kit.mean_at("gain", 10)(runs) - kit.mean_at("gain", 50)(runs),
         ),
     }
 
@@ -144,15 +141,14 @@ class CellForagers(Model, name="cell-foragers"):
     def n_weights(self) -> int:
         return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         n_modules = len(self.modules)
-        # [agent, weight of all modules]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, n_modules * self.n_weights()))[:, :, 0]
-        weights: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        draws = kit.draw_founder_numbers(key, agents, n_modules * self.n_weights())
+        weights: kit.Genomes = (2 * draws - 1).astype(np.float32)
         return weights.reshape(agents, n_modules, -1)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         results = self.forage(
             seed,
@@ -170,15 +166,14 @@ class CellForagers(Model, name="cell-foragers"):
         mean_eaten_first = eaten[..., :n_compared].mean(axis=-1)
         gain = mean_eaten_last - mean_eaten_first
         fitness = eaten.sum(axis=-1) / self.environments
-        records = {"gain": gain.astype(np.float32)}
-        return LifeResults.without_cost(fitness, learned=results.learned, records=records)
+        return self.make_results(fitness, {"gain": gain}, learned=results.learned)
 
     def forage(
         self,
         seed: int,
         runs: Sequence[int],
         generation: int,
-        genomes: npt.NDArray[np.float32],
+        genomes: kit.Genomes,
         *,
         first_agent: int,
         environments: int,

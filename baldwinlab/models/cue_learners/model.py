@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.lifetimes import (
     CueResults,
@@ -18,7 +18,7 @@ from baldwinlab.models.cue_learners.lifetimes import (
     Units,
     simulate_lifetimes,
 )
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _restricted_time(condition: xr.DataArray) -> xr.DataArray:
@@ -59,6 +59,8 @@ class CueLearners(Model, name="cue-learners"):
     }
     payoff = "food minus poison eaten, plus half the number of items"
     learning_amount = "learning_rate"
+    lifetime_steps = "items"
+    assimilation_obstacle = "The meaning of a color changes between lives."
     settings_without_learning = {"learning": False}
     records = {
         "beyond": Variable.quantity(
@@ -87,14 +89,6 @@ class CueLearners(Model, name="cue-learners"):
         ),
     }
 
-    @property
-    def assimilation_obstacle(self) -> str:
-        return "The meaning of a color changes between lives."
-
-    @property
-    def steps(self) -> int:
-        return self.items
-
     def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.
 
@@ -102,16 +96,15 @@ class CueLearners(Model, name="cue-learners"):
         """
         return self.units + 2 * self.units**2
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
-        genomes = np.empty((agents, 1, self.n_weights()), np.float32)
-        for agent, agent_draws in enumerate(draws):
-            for gene, draw in enumerate(agent_draws):
-                genomes[agent, 0, gene] = draw_allele(gene, self.units, draw)
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        draws = kit.draw_founder_numbers(key, agents, self.n_weights())
+        genomes = np.empty(draws.shape, np.float32)
+        for (agent, module, gene), draw in np.ndenumerate(draws):
+            genomes[agent, module, gene] = draw_allele(gene, self.units, draw)
         return genomes
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         shape = genomes.shape[:2]
         # [run, agent, gene]: link strengths change in place.
@@ -134,11 +127,9 @@ class CueLearners(Model, name="cue-learners"):
             innate_by_color=poison.empty(shape, np.int32),
         )
         simulate_lifetimes(settings, np.array(runs, np.int64), learned, units, results)
-        beyond = (results.eaten - results.midpoint).astype(np.float32)
         records = {
-            "beyond": beyond,
+            "beyond": results.eaten - results.midpoint,
             "by_colour": results.by_color,
             "born_so": results.innate_by_color,
         }
-        payoff = results.eaten + self.items / 2
-        return LifeResults.without_cost(payoff, learned=learned, records=records)
+        return self.make_results(results.eaten + self.items / 2, records, learned=learned)

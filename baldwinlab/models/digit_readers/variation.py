@@ -9,10 +9,7 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ZERO
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import (
-    Field,
-    Variation,
-)
+from baldwinlab.parts import Field, Variation
 
 BITS_PER_WEIGHT: Final = 4
 # Number of levels of a weight.

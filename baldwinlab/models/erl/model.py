@@ -20,10 +20,10 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
 from baldwinlab.models.erl.simulation import (
     AGENT_STEPS,
@@ -34,14 +34,12 @@ from baldwinlab.models.erl.simulation import (
     simulate_population,
 )
 from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
-from baldwinlab.models.founders import draw_bits
-from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
     """Return for each run whether its population survives the last step."""
-    return mean_of_last_generation("extinct")(runs) < 1
+    return kit.mean_of_last_generation("extinct")(runs) < 1
 
 
 class ErlPopulations(Model, name="erl-populations"):
@@ -141,6 +139,7 @@ class ErlPopulations(Model, name="erl-populations"):
         "plant_energy": 1.0, "bite_damage": 1.0,
     }  # fmt: skip
     payoff = "steps survived"
+    lifetime_steps = "max_steps"
     records = {
         "extinct": Variable.integer(
             "", "1 if the population died out before the last step, else 0"
@@ -155,14 +154,14 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     measures = {
         "survived": Measure(
-            "steps that the population survives", mean_of_last_generation("energy"), _survives
+            "steps that the population survives", kit.mean_of_last_generation("energy"), _survives
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",
-            mean_of_last_generation("extinct"),
+            kit.mean_of_last_generation("extinct"),
         ),
-        "born": Measure("agents born", mean_of_last_generation("born")),
-        "living": Measure("number of living agents", mean_of_last_generation("living")),
+        "born": Measure("agents born", kit.mean_of_last_generation("born")),
+        "living": Measure("number of living agents", kit.mean_of_last_generation("living")),
     }
 
     def check(self, experiment: Any) -> None:
@@ -176,10 +175,6 @@ class ErlPopulations(Model, name="erl-populations"):
     def learns(self) -> bool:
         return self.strategy in ("ERL", "L")
 
-    @property
-    def steps(self) -> int:
-        return self.max_steps
-
     def without_learning(self) -> ErlPopulations:
         strategies = {"ERL": "E", "L": "F"}
         return self.model_copy(update={"strategy": strategies.get(self.strategy, self.strategy)})
@@ -187,9 +182,9 @@ class ErlPopulations(Model, name="erl-populations"):
     def n_weights(self) -> int:
         return self.initial_agents * N_BITS
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         """Draw the bits of all founders of each population, as one row per population."""
-        return draw_bits(key, agents, self.n_weights())
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def rules(self) -> Rules:
         """Return the numbers of the world for compiled code."""
@@ -238,7 +233,7 @@ class ErlPopulations(Model, name="erl-populations"):
         )
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         n_runs, n_populations = genomes.shape[:2]
         survived_steps = poison.empty((n_runs, n_populations), np.int64)
@@ -252,15 +247,12 @@ class ErlPopulations(Model, name="erl-populations"):
                 survived_steps[row, population] = simulate_population(
                     rules, world, founder_bits, self.max_steps, inputs, totals[row, population]
                 )
-        fitness = survived_steps.astype(np.float64)
         # A population without agents survives no step.
         n_steps = np.maximum(1, survived_steps)
-        mean_agents = totals[..., AGENT_STEPS] / n_steps
-        mean_carnivores = totals[..., CARNIVORE_STEPS] / n_steps
         records = {
-            "extinct": (survived_steps < self.max_steps).astype(np.int32),
-            "born": totals[..., BIRTHS].astype(np.int32),
-            "living": mean_agents.astype(np.float32),
-            "hunters": mean_carnivores.astype(np.float32),
+            "extinct": survived_steps < self.max_steps,
+            "born": totals[..., BIRTHS],
+            "living": totals[..., AGENT_STEPS] / n_steps,
+            "hunters": totals[..., CARNIVORE_STEPS] / n_steps,
         }
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(survived_steps.astype(np.float64), records)

@@ -24,10 +24,10 @@ from collections.abc import Sequence
 from typing import ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE
+from baldwinlab.models import kit
 from baldwinlab.models.neat.balancing import (
     LINK_SIZE,
     N_UNREST_STEPS,
@@ -74,13 +74,11 @@ class Poles(NetworkModel):
     # Indices of the entries of a state that the network senses.
     sensed_entries: ClassVar[tuple[int, ...]]
 
-    @property
-    def steps(self) -> int:
-        return self.max_steps
+    lifetime_steps = "max_steps"
 
     def balance_networks(
         self,
-        graphs: npt.NDArray[np.float32],
+        graphs: kit.Genomes,
         initial_states: Sequence[Sequence[float]],
         max_steps: int,
     ) -> BalanceResults:
@@ -133,13 +131,11 @@ class NeatPoles(Poles, name="neat-poles"):
     measures = measure_solutions(lambda runs: runs["solves"] == 1)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
         # [run, agent]: from the single initial state.
         n_steps = results.n_steps[..., 0]
-        fitness = n_steps.astype(np.float64)
-        has_solved = n_steps == self.max_steps
-        records = {"solves": has_solved.astype(np.int32), **record_networks(graphs)}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        records = {"solves": n_steps == self.max_steps, **record_networks(graphs)}
+        return self.make_results(n_steps.astype(np.float64), records)

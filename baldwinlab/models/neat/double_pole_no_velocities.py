@@ -38,8 +38,8 @@ from itertools import product
 from typing import ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
+from baldwinlab.models import kit
 from baldwinlab.models.neat.balancing import N_UNREST_STEPS
 from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
@@ -111,7 +111,7 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     )
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         trial_results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
@@ -133,9 +133,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
                 start_trials = self.balance_networks(champion, START_STATES, self.max_steps)
                 n_balanced_starts[row, best] = (start_trials.n_steps == self.max_steps).sum()
         records = {
-            "balanced": n_steps.astype(np.int32),
+            "balanced": n_steps,
             "proven": endured_steps,
             "generalises": n_balanced_starts,
             **record_networks(graphs),
         }
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, records)

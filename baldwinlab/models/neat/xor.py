@@ -19,11 +19,11 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE, activate
+from baldwinlab.models import kit
 from baldwinlab.models.neat.network_model import (
     FOUNDER_WEIGHT_RANGE,
     N_OUTPUTS,
@@ -61,7 +61,7 @@ class NeatXor(NetworkModel, name="neat-xor"):
     measures = measure_solutions(lambda runs: runs["right"] == len(QUESTIONS))
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
@@ -75,7 +75,7 @@ class NeatXor(NetworkModel, name="neat-xor"):
         total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
         fitness = (len(QUESTIONS) - total_error) ** 2
         records = {"right": n_right, **record_networks(graphs)}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, records)
 
 
 @jit_entry_point

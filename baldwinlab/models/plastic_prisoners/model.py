@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.models.founders import draw_bits
+from baldwinlab.models import kit
 from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
 from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
@@ -26,7 +25,6 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     STRATEGIES,
     STRATEGY_OF_GENOME,
     moves_at_birth,
-    number_genomes,
 )
 from baldwinlab.parts import (
     PER_AGENT_DIMS,
@@ -43,9 +41,9 @@ from baldwinlab.parts import (
 N_SHOWN_GENOMES: Final = 8
 
 
-def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
+def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> MatrixView:
     """Return the payoffs between the most frequent genomes of a generation."""
-    counts = np.bincount(number_genomes(genomes), minlength=N_GENOMES)
+    counts = np.bincount(kit.read_bits(genomes), minlength=N_GENOMES)
     most_frequent = [
         int(genome)
         for genome in np.argsort(-counts, kind="stable")[:N_SHOWN_GENOMES]
@@ -100,8 +98,9 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
-    alleles = {"0": 0.0, "1": 1.0}
+    alleles = kit.BITS
     learned_distance = "plasticity"
+    lifetime_steps = "rounds"
     settings_without_learning = {"learning": False}
     views = {
         "payoffs": View(
@@ -144,10 +143,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         ),
     }
 
-    @property
-    def steps(self) -> int:
-        return self.rounds
-
     def check(self, experiment: Any) -> None:
         if experiment.population.size < 2:
             raise ValueError(
@@ -157,14 +152,14 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def n_weights(self) -> int:
         return 2 * len(PAIRS)
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_bits(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         # [run, agent].
-        genome_numbers = number_genomes(genomes)
+        genome_numbers = kit.read_bits(genomes)
         payoffs = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
         fitness_of_genome = np.zeros(N_GENOMES)
         fitness = poison.empty(genome_numbers.shape)
@@ -172,5 +167,4 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             counts = np.bincount(population, minlength=N_GENOMES)
             compute_mean_payoffs(payoffs, counts, fitness_of_genome)
             fitness[row] = fitness_of_genome[population]
-        records = {"strategy": STRATEGY_OF_GENOME[genome_numbers]}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, {"strategy": STRATEGY_OF_GENOME[genome_numbers]})
