@@ -12,7 +12,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.bandit_exploration import Bandit, compute_payoff
-from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.bandit_explorers import BanditExplorers
 from baldwinlab.parts import LIFE, uniforms
@@ -87,13 +86,6 @@ def test_single_pulls_have_the_mean_payoff_of_the_closed_form() -> None:
     payoffs = evidence + np.where(evidence > 1.5**2 / 2.0**2, pulls[:, 3:].sum(axis=1), 0)
     error = payoffs.std() / np.sqrt(200_000)
     assert abs(payoffs.mean() - model.expected_payoffs[3]) < 4 * error
-
-
-def test_founders_explore_uniformly() -> None:
-    experiment = assign(bl.load("uncertain"), ["population.size=5000"])
-    pulls = draw_genomes(experiment, GenerationKey(0, 0, 0))[:, 0, 0]
-    assert pulls.min() >= 0 and pulls.max() < 10
-    assert abs(pulls.mean() - 5) < 4 * 10 / np.sqrt(12 * 5000)
 
 
 def make_runs(explored: list[list[int]]) -> xr.Dataset:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -125,11 +124,3 @@ def test_one_generation_of_a_large_population_has_the_response_of_the_law() -> N
     # The segregation draws are the same; only the rounding of offspring numbers differs.
     assert with_learning - without == pytest.approx(expected, abs=4e-4)
     assert expected > 0.005
-
-
-@pytest.mark.parametrize("condition", CONDITIONS)
-def test_the_control_of_a_condition_is_its_counterpart_on_the_same_medium(condition: str) -> None:
-    flies, medium = condition.split("/")
-    model: Any = bl.load(condition).model_part
-    assert model.learns == (flies == "learning-flies")
-    assert model.without_learning() == bl.load(f"innate-flies/{medium}").model_part

@@ -106,9 +106,6 @@ def test_without_plasticity_slopes_have_no_effect() -> None:
     genomes[0, :, 0, 1] = np.arange(10)
     assert not model.learns
     assert np.ptp(model.simulate(SEED, [0], 3, genomes).energy) == 0
-    assert bl.load("plastic-norms").model_part.without_learning() == (
-        bl.load("fixed-norms").model_part
-    )
 
 
 def test_fitness_is_finite_for_large_mismatches() -> None:

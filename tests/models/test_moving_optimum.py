@@ -94,13 +94,6 @@ def test_without_learning_an_agent_has_its_x_at_death() -> None:
     assert not model.without_learning().learns and not MovingOptimum(learned_share=0).learns
 
 
-def test_founders_are_normal_around_0() -> None:
-    experiment = make_experiment("population.size=20000", "moving_optimum.initial_std=0.4")
-    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    assert abs(founders.mean()) < 4 * 0.4 / np.sqrt(founders.size)
-    assert founders.std() == pytest.approx(0.4, rel=4 / np.sqrt(2 * founders.size))
-
-
 @pytest.mark.parametrize("regime", REGIMES)
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_the_change_of_a_normal_population_matches_theory(regime: str, share: float) -> None:

@@ -10,7 +10,6 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
-from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.kit import ENVIRONMENT_GENERATION
 from baldwinlab.models.two_state_forager import TwoStateForager
@@ -108,13 +107,6 @@ def test_all_agents_of_a_generation_meet_shared_states() -> None:
     assert (single.energy[0] == results.energy[1]).all()
 
 
-def test_founders_have_both_alleles_in_equal_shares() -> None:
-    experiment = assign(bl.load("two-state-forager"), ["population.size=10000"])
-    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    assert set(np.unique(founders)) == {0, 1}
-    assert abs(founders.mean(axis=(0, 1)) - 0.5).max() < 4 * 0.5 / np.sqrt(10_000)
-
-
 def evolve_learners(between: float, within: float, excess: float) -> float:
     """Return the last share of learners, at a cost above the threshold by `excess`."""
     cost = cost_threshold(between, within, 10) + excess
@@ -135,13 +127,6 @@ def test_learning_evolves_below_the_threshold_of_its_cost_and_not_above(
 ) -> None:
     assert evolve_learners(between, within, -0.03) > 0.8
     assert evolve_learners(between, within, 0.03) < 0.2
-
-
-def test_without_learning_no_agent_has_the_cost() -> None:
-    model = TwoStateForager(cost=0.5)
-    results = model.without_learning().simulate(1, [0], 0, make_genomes(40))
-    assert model.learns and not model.without_learning().learns
-    assert (results.cost == 0).all() and (results.records["learns"] == 0).all()
 
 
 def test_only_an_unpredictable_first_state_makes_assimilation_impossible() -> None:

@@ -15,8 +15,6 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
 from baldwinlab.experiment import assign
-from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.models.neat.xor import NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
@@ -187,15 +185,6 @@ def test_the_number_of_networks_is_close_to_the_published_one() -> None:
     assert len(solved) >= 0.9 * len(solutions)
     assert 3000 < np.mean([solution.evaluations for solution in solved]) < 7000
     assert 1 <= np.median([solution.hidden for solution in solved]) <= 4
-
-
-def test_settings_are_assigned_written_and_validated() -> None:
-    changed = assign(
-        make_small_experiment(),
-        ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
-    )
-    assert from_toml(to_toml(changed), source="file") == changed
-    assert not list_changed_unused_settings(changed)
 
 
 def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
