@@ -41,7 +41,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         1.0,
         ge=-10,
         le=10,
-        description=("Curvature of the logarithm of fitness. Above 0: convex; below 0: concave."),
+        description="Curvature of the logarithm of fitness. Above 0: convex; below 0: concave.",
     )
     learning: bool = Field(True, description="Whether agents learn a step.")
     learning_step: float = Field(0.3, ge=-10, le=10, description="Step that learning adds to x.")

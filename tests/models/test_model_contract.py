@@ -58,7 +58,8 @@ def test_lifetimes_have_the_declared_records_and_do_not_depend_on_other_runs(nam
     assert both.energy.dtype == both.cost.dtype == np.float64
     assert both.records.keys() == model.records.keys()
     for record, values in both.records.items():
-        assert (values.dtype, values.shape) == (model.records[record].dtype, (2, AGENTS))
+        assert values.dtype == np.dtype(model.records[record].dtype)
+        assert values.shape == (2, AGENTS)
     assert both.learned is None or both.learned.dtype == np.float32
     single = model.simulate(SEED, RUNS[1:], GENERATION, founders[1:])
     np.testing.assert_array_equal(both.energy[1], single.energy[0])

@@ -9,26 +9,15 @@ import numpy as np
 
 from baldwinlab.engine import poison
 from baldwinlab.models import kit
-from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
-from baldwinlab.models.cell_foragers.lifetimes import (
-    INHERITED_TEACHER,
-    NEXT_SENSATION,
-    NO_TARGET,
-    NOISE,
-    ForagingResults,
-    ForagingSettings,
-    Scratch,
-    simulate_lifetimes,
-)
-from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
+from baldwinlab.models.cell_foragers import grid, lifetimes, network
 from baldwinlab.models.grid_frames import make_foraging_frames
 from baldwinlab.parts import Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
-    "none": NO_TARGET,
-    "auto-teaching": INHERITED_TEACHER,
-    "prediction": NEXT_SENSATION,
-    "random-targets": NOISE,
+    "none": lifetimes.NO_TARGET,
+    "auto-teaching": lifetimes.INHERITED_TEACHER,
+    "prediction": lifetimes.NEXT_SENSATION,
+    "random-targets": lifetimes.NOISE,
 }
 # Number of equal periods of a lifetime. The gain compares the last period with the first period.
 N_PERIODS: Final = 6
@@ -51,7 +40,7 @@ def _view_lifetime(model: CellForagers, key: Any, genomes: kit.Genomes, agent: i
         environments=environments,
         n_recorded=environments,
     )
-    return make_foraging_frames(GRID_SIZE, results.food, results.track, "environment")
+    return make_foraging_frames(grid.GRID_SIZE, results.food, results.track, "environment")
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -136,10 +125,10 @@ class CellForagers(Model, name="cell-foragers"):
     def outputs(self) -> int:
         """Return the number of outputs: two for the action, and two for additional targets."""
         has_additional_outputs = self.learning in ("prediction", "random-targets")
-        return N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
+        return network.N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
 
     def n_weights(self) -> int:
-        return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
+        return (network.N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
     def founders(self, agents: int, key: Any) -> kit.Genomes:
         n_modules = len(self.modules)
@@ -178,37 +167,37 @@ class CellForagers(Model, name="cell-foragers"):
         first_agent: int,
         environments: int,
         n_recorded: int,
-    ) -> ForagingResults:
+    ) -> lifetimes.ForagingResults:
         """Simulate environments of the agents from number `first_agent` on."""
-        n_units = N_INPUTS + self.hidden_units + self.outputs
-        target = TARGET_OF_LEARNING[self.learning] if self.learns else NO_TARGET
-        settings = ForagingSettings(
+        n_units = network.N_INPUTS + self.hidden_units + self.outputs
+        target = TARGET_OF_LEARNING[self.learning] if self.learns else lifetimes.NO_TARGET
+        settings = lifetimes.ForagingSettings(
             seed=seed,
             generation=generation,
             first_agent=first_agent,
             target=target,
-            layers=Layers(
+            layers=network.Layers(
                 hidden=self.hidden_units,
                 outputs=self.outputs,
                 rate=np.float32(self.learning_rate),
             ),
         )
-        scratch = Scratch(
-            food=poison.empty(N_FOOD_ITEMS, np.int64),
-            units=Activations(
+        scratch = lifetimes.Scratch(
+            food=poison.empty(grid.N_FOOD_ITEMS, np.int64),
+            units=network.Activations(
                 values=poison.empty(n_units, np.float32),
                 teacher=poison.empty(n_units, np.float32),
                 targets=poison.empty(N_ADDITIONAL_OUTPUTS, np.float32),
             ),
         )
         n_runs, n_agents = genomes.shape[:2]
-        results = ForagingResults(
+        results = lifetimes.ForagingResults(
             learned=genomes[:, :, 0].copy(),
             eaten=poison.empty((n_runs, n_agents, environments), np.int32),
-            food=poison.empty((n_recorded, N_FOOD_ITEMS), np.int64),
+            food=poison.empty((n_recorded, grid.N_FOOD_ITEMS), np.int64),
             track=poison.empty((n_recorded, self.steps_per_environment, 2), np.int64),
         )
         # The last module. Without a teaching module, it is the action module and is not used.
         teaching = np.ascontiguousarray(genomes[:, :, -1])
-        simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
+        lifetimes.simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
         return results

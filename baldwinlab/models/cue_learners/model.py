@@ -80,11 +80,11 @@ class CueLearners(Model, name="cue-learners"):
             _time_to_midpoint,
         ),
         "evolved": Measure(
-            ("1 if the average agent ever reaches the midpoint between smell and color, else 0"),
+            "1 if the average agent ever reaches the midpoint between smell and color, else 0",
             lambda runs: (_time_to_midpoint(runs) < runs.sizes["generation"]) * 1.0,
         ),
         "time-of-half": Measure(
-            ("generations until half of the agents learn to eat by color; all if never"),
+            "generations until half of the agents learn to eat by color; all if never",
             _time_to_half,
         ),
     }

@@ -70,7 +70,7 @@ class ErlPopulations(Model, name="erl-populations"):
         0,
         ge=0,
         le=1_000_000,
-        description=("Number of cells per step in which a plant spreads to a neighboring cell."),
+        description="Number of cells per step in which a plant spreads to a neighboring cell.",
     )
     trees: int = Field(
         100, ge=0, le=1_000_000, description="Number of trees. A tree protects one agent."
@@ -81,42 +81,36 @@ class ErlPopulations(Model, name="erl-populations"):
         le=MAX_CARNIVORES,
         description="Initial number of carnivores. One more appears every 200 steps.",
     )
-    plant_energy: float = Field(
-        0.1, ge=0, le=1, description="Energy of a plant. The maximum energy of an agent is 1."
+    plant_energy: kit.Share = Field(
+        0.1, description="Energy of a plant. The maximum energy of an agent is 1."
     )
-    meat_energy: float = Field(
-        0.2, ge=0, le=1, description="Energy that an agent gains from a corpse."
-    )
-    cost_per_step: float = Field(
-        0.003, ge=0, le=1, description="Cost of a step for an agent, in energy."
-    )
+    meat_energy: kit.Share = Field(0.2, description="Energy that an agent gains from a corpse.")
+    cost_per_step: kit.Share = Field(0.003, description="Cost of a step for an agent, in energy.")
     initial_energy: float = Field(0.4, gt=0, le=1, description="Energy at birth.")
     reproduction_threshold: float = Field(
         0.95, gt=0, le=1, description="Energy above which an agent reproduces."
     )
-    reproduction_cost: float = Field(
-        0.8, ge=0, le=1, description="Cost of a child for its parent, in energy."
+    reproduction_cost: kit.Share = Field(
+        0.8, description="Cost of a child for its parent, in energy."
     )
-    healing_per_step: float = Field(
-        0.005, ge=0, le=1, description="Health regained per step. The maximum is 1."
+    healing_per_step: kit.Share = Field(
+        0.005, description="Health regained per step. The maximum is 1."
     )
-    wall_damage: float = Field(0.02, ge=0, le=1, description="Health lost at a wall.")
-    attack_damage: float = Field(
-        0.1, ge=0, le=1, description="Health that an agent loses when another agent attacks it."
+    wall_damage: kit.Share = Field(0.02, description="Health lost at a wall.")
+    attack_damage: kit.Share = Field(
+        0.1, description="Health that an agent loses when another agent attacks it."
     )
-    bite_damage: float = Field(
-        0.5, ge=0, le=1, description="Health that an agent loses when a carnivore attacks it."
+    bite_damage: kit.Share = Field(
+        0.5, description="Health that an agent loses when a carnivore attacks it."
     )
-    carnivore_meat_energy: float = Field(
+    carnivore_meat_energy: kit.Share = Field(
         0.4,
-        ge=0,
-        le=1,
         description="Energy that a carnivore gains from a corpse. Its maximum is 1.",
     )
-    carnivore_cost_per_step: float = Field(
-        0.002, ge=0, le=1, description="Cost of a step for a carnivore, in energy."
+    carnivore_cost_per_step: kit.Share = Field(
+        0.002, description="Cost of a step for a carnivore, in energy."
     )
-    mutation_rate: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
+    mutation_rate: kit.Share = Field(0.003, description="Mutation probability per bit.")
     weight_range: float = Field(
         3.0, ge=0, le=100, description="Limit R of the weights, which are in [-R, R]."
     )

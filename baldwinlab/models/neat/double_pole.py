@@ -28,30 +28,15 @@ import numpy as np
 from baldwinlab.engine import poison
 from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE
 from baldwinlab.models import kit
-from baldwinlab.models.neat.balancing import (
-    LINK_SIZE,
-    N_UNREST_STEPS,
-    BalanceResults,
-    BalanceScratch,
-    BalanceSettings,
-    balance,
-)
+from baldwinlab.models.neat import balancing, network_model
 from baldwinlab.models.neat.cart_pole import STATE_SIZE, WORKSPACE_ROWS
-from baldwinlab.models.neat.network_model import (
-    FOUNDER_WEIGHT_RANGE,
-    N_OUTPUTS,
-    NETWORK_RECORDS,
-    NetworkModel,
-    measure_solutions,
-    record_networks,
-)
 from baldwinlab.parts import Field, LifeResults, Variable
 
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
 
 
-class Poles(NetworkModel):
+class Poles(network_model.NetworkModel):
     """Base class of the models with and without velocities."""
 
     max_steps: int = Field(
@@ -67,7 +52,7 @@ class Poles(NetworkModel):
         description="Maximum number of links in a genome (our choice).",
     )
     sigmoid_slope: float = SIGMOID_SLOPE
-    founder_weight_range: float = FOUNDER_WEIGHT_RANGE
+    founder_weight_range: float = network_model.FOUNDER_WEIGHT_RANGE
 
     # Whether networks may be recurrent.
     has_loops: ClassVar[bool] = False
@@ -81,29 +66,31 @@ class Poles(NetworkModel):
         graphs: kit.Genomes,
         initial_states: Sequence[Sequence[float]],
         max_steps: int,
-    ) -> BalanceResults:
+    ) -> balancing.BalanceResults:
         """Balance the poles with each network from each initial state.
 
         `graphs`: (runs, agents, entries).
         """
         n_runs, n_agents = graphs.shape[:2]
         shape = (n_runs, n_agents, len(initial_states))
-        results = BalanceResults(n_steps=poison.empty(shape, np.int64), unrest=poison.empty(shape))
-        settings = BalanceSettings(
+        results = balancing.BalanceResults(
+            n_steps=poison.empty(shape, np.int64), unrest=poison.empty(shape)
+        )
+        settings = balancing.BalanceSettings(
             sensed_entries=np.array(self.sensed_entries),
             has_loops=self.has_loops,
             max_steps=max_steps,
             sigmoid_slope=np.float32(self.sigmoid_slope),
         )
         # A hidden node needs a link, so there are at most `max_links` hidden nodes.
-        n_nodes = self.n_inputs + self.max_links + N_OUTPUTS
-        scratch = BalanceScratch(
+        n_nodes = self.n_inputs + self.max_links + network_model.N_OUTPUTS
+        scratch = balancing.BalanceScratch(
             values=poison.empty((2, n_nodes), np.float32),
-            links=poison.empty((2, self.max_links, LINK_SIZE), np.float32),
+            links=poison.empty((2, self.max_links, balancing.LINK_SIZE), np.float32),
             workspace=poison.empty((WORKSPACE_ROWS, STATE_SIZE)),
-            recent_unrest=poison.empty(N_UNREST_STEPS),
+            recent_unrest=poison.empty(balancing.N_UNREST_STEPS),
         )
-        balance(
+        balancing.balance(
             settings,
             np.ascontiguousarray(graphs),
             np.array(initial_states, float),
@@ -126,9 +113,9 @@ class NeatPoles(Poles, name="neat-poles"):
     payoff = "steps balanced"
     records = {
         "solves": Variable.integer("", "1 if both poles stayed upright for all steps, else 0"),
-        **NETWORK_RECORDS,
+        **network_model.NETWORK_RECORDS,
     }
-    measures = measure_solutions(lambda runs: runs["solves"] == 1)
+    measures = network_model.measure_solutions(lambda runs: runs["solves"] == 1)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
@@ -137,5 +124,5 @@ class NeatPoles(Poles, name="neat-poles"):
         results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
         # [run, agent]: from the single initial state.
         n_steps = results.n_steps[..., 0]
-        records = {"solves": n_steps == self.max_steps, **record_networks(graphs)}
+        records = {"solves": n_steps == self.max_steps, **network_model.record_networks(graphs)}
         return self.make_results(n_steps.astype(np.float64), records)

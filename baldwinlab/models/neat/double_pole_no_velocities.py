@@ -40,10 +40,10 @@ from typing import ClassVar, Final
 import numpy as np
 
 from baldwinlab.models import kit
+from baldwinlab.models.neat import network_model
 from baldwinlab.models.neat.balancing import N_UNREST_STEPS
 from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
-from baldwinlab.models.neat.network_model import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import Field, LifeResults, Variable
 
 # Number of start states from which a solution must balance.
@@ -103,9 +103,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "",
             "number of start states, of 625, from which it balances after the longer trial, else 0",
         ),
-        **NETWORK_RECORDS,
+        **network_model.NETWORK_RECORDS,
     }
-    measures = measure_solutions(
+    measures = network_model.measure_solutions(
         lambda runs: runs["generalises"] >= MIN_BALANCED_STARTS,
         {"generalises": "number of start states, of 625, from which the first solution balances"},
     )
@@ -136,6 +136,6 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "balanced": n_steps,
             "proven": endured_steps,
             "generalises": n_balanced_starts,
-            **record_networks(graphs),
+            **network_model.record_networks(graphs),
         }
         return self.make_results(fitness, records)

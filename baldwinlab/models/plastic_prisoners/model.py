@@ -14,7 +14,6 @@ from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
     fall_of_plasticity,
     is_outstanding_leading,
-    mean_payoff,
     share_of_outstanding,
     share_of_plastic_entries,
     value_at_generation,
@@ -112,15 +111,13 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     measures = {
         "least-payoff": Measure(
             "lowest mean payoff of the average agent before generation 150",
-            lambda runs: mean_payoff(runs.isel(generation=slice(150))).min("generation"),
+            lambda runs: runs["energy"].isel(generation=slice(150)).mean("agent").min("generation"),
         ),
         "payoff-500": Measure(
-            "mean payoff of the average agent in generation 500",
-            value_at_generation(mean_payoff, 500),
+            "mean payoff of the average agent in generation 500", kit.mean_at("energy", 500)
         ),
         "payoff-2000": Measure(
-            "mean payoff of the average agent in generation 2000",
-            value_at_generation(mean_payoff, 2000),
+            "mean payoff of the average agent in generation 2000", kit.mean_at("energy", 2000)
         ),
         "most-plasticity": Measure(
             "largest percentage of plastic entries over the generations",
@@ -135,10 +132,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             value_at_generation(is_outstanding_leading, 2000),
         ),
         "x00x-ahead": Measure(
-            (
-                "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its "
-                "main rival is"
-            ),
+            "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its main rival is",
             value_at_generation(compare_with_rival, 2000),
         ),
     }
