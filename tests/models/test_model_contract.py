@@ -11,8 +11,8 @@ import pytest
 import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.experiment import assign
-from baldwinlab.experiment.registry import LIBRARY
+from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment.registry import LIBRARY, table_name
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import Model
 from baldwinlab.parts.views import arrays_of
@@ -119,6 +119,25 @@ def test_views_have_arrays() -> None:
 def test_settings_are_written_and_read(name: str) -> None:
     experiment = assign(bl.load(name), [*SHORT_RUNS.get(name, []), "evolution.generations=2"])
     assert from_toml(to_toml(experiment), source="file") == experiment
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_numbers_beyond_their_limits_are_refused(name: str) -> None:
+    experiment = bl.load(name)
+    limits: list[tuple[str, Any]] = [
+        (f"{table_name(name)}.{setting}", limit)
+        for setting, field in type(experiment.model_part).model_fields.items()
+        for limit in field.metadata
+    ]
+    values = [
+        *((path, limit.ge - 1) for path, limit in limits if hasattr(limit, "ge")),
+        *((path, limit.gt) for path, limit in limits if hasattr(limit, "gt")),
+        *((path, limit.le + 1) for path, limit in limits if hasattr(limit, "le")),
+    ]
+    assert values
+    for path, value in values:
+        with pytest.raises(ExperimentError, match=rf"^{path} = {value}: input should be "):
+            assign(experiment, [f"{path}={value}"])
 
 
 # Condition with learning -> its control without learning, on the same map.

@@ -14,7 +14,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.models.kit import ENVIRONMENT_GENERATION
 from baldwinlab.models.two_state_forager import TwoStateForager
 from baldwinlab.parts import LIFE, uniforms
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 GENOTYPES = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
 
@@ -117,8 +117,7 @@ def evolve_learners(between: float, within: float, excess: float) -> float:
     }
     changes = [f"two_state_forager.{name}={value}" for name, value in settings.items()]
     experiment = assign(bl.load("two-state-forager"), [*changes, "evolution.generations=201"])
-    histories = simulate_histories(experiment, 2, range(2))
-    return float(np.mean([history.recorded_values("learns")[-1].mean() for history in histories]))
+    return float(simulate_runs(experiment, 2, 2)["learns"].values[:, -1].mean())
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.9, 0.95), (0.5, 0.8)])

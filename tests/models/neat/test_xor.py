@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
@@ -19,6 +18,7 @@ from baldwinlab.models.neat.xor import NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
+from tests.models.runs import simulate_runs
 from tests.oracles.neat import compute_xor_fitness
 
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
@@ -150,11 +150,7 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
 
 @pytest.mark.nightly
 def test_measures_of_a_run_describe_its_first_solution() -> None:
-    runs = xr.concat(
-        [history.dataset() for history in simulate_histories(bl.load("neat-xor"), 1, range(6))],
-        "run",
-    )
-    runs = runs.assign_coords(run=np.arange(6))
+    runs = simulate_runs(bl.load("neat-xor"), 1, 6).assign_coords(run=np.arange(6))
     unsolved = runs.isel(generation=slice(0, 1))
     measures = {name: measure.of(runs).values for name, measure in NeatXor.measures.items()}
     for run, first in enumerate(first_solutions(6)):

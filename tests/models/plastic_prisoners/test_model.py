@@ -22,8 +22,8 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     STRATEGY_OF_GENOME,
 )
 from baldwinlab.parts import MatrixView
-from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.results import open_assay
+from tests.models.runs import simulate_runs
 from tests.oracles.models import evaluate_plastic_prisoners
 
 ROUNDS = 50
@@ -242,9 +242,7 @@ def test_the_competitor_is_the_most_frequent_strategy_of_most_other_runs() -> No
 
 def test_a_report_has_the_shares_of_plasticity_and_of_the_outstanding_strategy() -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
-    study = xr.concat(
-        [history.dataset() for history in simulate_histories(experiment, 0, range(2))], "run"
-    ).expand_dims(condition=["meta-pavlov"])
+    study = simulate_runs(experiment, 0, 2).expand_dims(condition=["meta-pavlov"])
     shares = content.compute_shares(study, {"meta-pavlov": experiment})
     plastic = study["genome"].isel(weight=slice(4, 8)).mean(("agent", "module", "weight"))
     assert list(shares) == ["plasticity", "[x00x]"]
