@@ -155,7 +155,12 @@ def format_parts(kind: str) -> str:
         for name in sorted(registry.package_parts(kind))
         if name != "miniworld"
     }
-    rows = [(f"`{name}`", _describe(part)) for name, part in parts.items()]
+    rows: list[tuple[str, ...]] = [(f"`{name}`", _describe(part)) for name, part in parts.items()]
+    heads: tuple[str, ...] = (kind, "effect")
+    if kind == "model":
+        heads = (*heads, "amount of learning")
+        amounts = (_format_learning_amount(part) for part in parts.values())
+        rows = [(*row, amount) for row, amount in zip(rows, amounts, strict=True)]
     fields = [
         field
         for name, part in parts.items()
@@ -167,11 +172,17 @@ def format_parts(kind: str) -> str:
         for name, part in parts.items()
         for variable, entry in (part.records.items() if kind == "model" else ())
     ]
-    heads = ("model", "variable", "unit", "meaning")
-    table = format_table(heads, variable_rows) if variable_rows else ""
+    variable_heads = ("model", "variable", "unit", "meaning")
+    table = format_table(variable_heads, variable_rows) if variable_rows else ""
     variables_text = f"\nRecorded variables of these models:\n\n{table}" if table else ""
-    text = f"Setting: `{path}`.\n\n{format_table((kind, 'effect'), rows)}{settings}"
+    text = f"Setting: `{path}`.\n\n{format_table(heads, rows)}{settings}"
     return text + variables_text
+
+
+def _format_learning_amount(model: Any) -> str:
+    """Return the setting with the amount of learning, or "" without one."""
+    name = model.learning_amount
+    return f"`{registry.table_name(model.name)}.{name}`" if name else ""
 
 
 def _describe(part: Any) -> str:

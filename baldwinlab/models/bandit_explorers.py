@@ -24,19 +24,17 @@ R. T. Lange and H. Sprekeler, "Learning not to learn: nature versus nurture in s
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.models.record_means import mean_of_last_generation
+from baldwinlab.models import kit
 from baldwinlab.parts import (
-    FOUNDER,
     LIFE,
     Field,
     LifeResults,
@@ -47,7 +45,6 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-Floats = npt.NDArray[np.float64]
 # Mean payoff of arm 2 over all bandits.
 MEAN_PAYOFF: Final = -1.0
 
@@ -84,7 +81,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
         description="Largest number of exploratory pulls of the founders. They are uniform.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 101,
@@ -95,45 +92,34 @@ class BanditExplorers(Model, name="bandit-explorers"):
         },
         "record": {"genome_every": 50},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "explored": Variable.integer("pulls", "number of exploratory pulls"),
         "explores": Variable.flag("1 if the agent explores, 0 if its choice is hard-coded"),
         "accepted": Variable.share("share of bandits in which arm 2 is chosen at the end"),
     }
-    innate_trait: ClassVar[str] = "explored"
-    learned_distance: ClassVar[str] = "explores"
-    learning_time: ClassVar[str] = "explored"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "explores": Measure(
-            "share of agents that explore in the last generation",
-            mean_of_last_generation("explores"),
-        ),
-        "explored": Measure(
-            "number of exploratory pulls in the last generation",
-            mean_of_last_generation("explored"),
-        ),
-    }
-
-    @property
-    def steps(self) -> int:
-        return self.lifetime_pulls
+    innate_trait = "explored"
+    learned_distance = "explores"
+    learning_time = "explored"
+    lifetime_steps = "lifetime_pulls"
+    settings_without_learning = {"learning": False}
+    measures = kit.measure_last_means(
+        {"explores": "share of agents that explore", "explored": "number of exploratory pulls"}
+    )
 
     def n_weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, 1))[:, :, 0]
-        genomes: npt.NDArray[np.float32] = (self.initial_pulls * draws).astype(np.float32)
-        return genomes[:, None]
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        draws = kit.draw_founder_numbers(key, agents, 1)
+        return (self.initial_pulls * draws).astype(np.float32)
 
-    def count_pulls(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    def count_pulls(self, genomes: kit.Genomes) -> kit.Integers:
         """Return the numbers of exploratory pulls of genomes [..., agent, module, weight]."""
         pulls = np.floor(genomes[..., 0, 0].astype(np.float64))
         return np.clip(pulls, 0, self.lifetime_pulls).astype(np.int64)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         explored = self.count_pulls(genomes)
         payoffs = poison.empty(explored.shape)
@@ -148,16 +134,11 @@ class BanditExplorers(Model, name="bandit-explorers"):
                 payoffs[row],
                 accepted[row],
             )
-        records = {
-            "explored": explored.astype(np.int32),
-            "explores": (explored > 0).astype(np.int32),
-            "accepted": accepted.astype(np.float32),
-        }
-        fitness = 1 + payoffs / self.lifetime_pulls
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        records = {"explored": explored, "explores": explored > 0, "accepted": accepted}
+        return self.make_results(1 + payoffs / self.lifetime_pulls, records)
 
     @cached_property
-    def expected_payoffs(self) -> Floats:
+    def expected_payoffs(self) -> kit.Numbers:
         """Mean payoff of a lifetime with learning, for each number of exploratory pulls from 0.
 
         The mean of mu over the lifetimes in which arm 2 is accepted is known, because mu and the
@@ -190,7 +171,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
 
     def _has_best_choice(self, runs: xr.Dataset) -> xr.DataArray:
         should_explore = self.expected_payoffs.argmax() > 0
-        return 1.0 * ((mean_of_last_generation("explores")(runs) > 0.5) == should_explore)
+        return 1.0 * ((kit.mean_of_last_generation("explores")(runs) > 0.5) == should_explore)
 
     def _loss(self, runs: xr.Dataset) -> xr.DataArray:
         explored = runs["explored"].isel(generation=-1).astype(int)

@@ -24,23 +24,18 @@ framework", Artificial Life 15 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.models.founders import draw_normal_numbers
-from baldwinlab.models.record_means import change_of_mean
-from baldwinlab.models.slope_climbers import exponentiate
+from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
-Numbers = npt.NDArray[np.float64]
 
-
-def choose_medium(preference: Numbers) -> Numbers:
+def choose_medium(preference: kit.Numbers) -> kit.Numbers:
     """Return the share p(x) = 1 / (1 + exp(-x)) of eggs on the right medium."""
-    share: Numbers = 1 / (1 + exponentiate(-preference))
+    share: kit.Numbers = 1 / (1 + kit.exponentiate(-preference))
     return share
 
 
@@ -71,11 +66,11 @@ class EggLayers(Model, name="egg-layers"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 24, "variation": "infinitesimal", "mutation_size": 0.14},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "preference": Variable.quantity("logit", "innate preference for the right medium"),
         "innate_share": Variable.share(
             "share of eggs on the right medium by the innate preference"
@@ -85,15 +80,15 @@ class EggLayers(Model, name="egg-layers"):
             "1/logit", "slope of the logarithm of the gain of learning at the innate preference"
         ),
     }
-    innate_trait: ClassVar[str] = "preference"
-    learned_distance: ClassVar[str] = "learned_shift"
-    learning_amount: ClassVar[str] = "learning_shift"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    payoff: ClassVar[str] = "share of eggs on the right medium"
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "preference"
+    learned_distance = "learned_shift"
+    learning_amount = "learning_shift"
+    settings_without_learning = {"learning": False}
+    payoff = "share of eggs on the right medium"
+    measures = {
         "response": Measure(
             "increase of the mean innate preference, first to last generation",
-            change_of_mean("preference", 0, -1),
+            kit.change_of_mean("preference", 0, -1),
         ),
         "gain-slope": Measure(
             "slope of the logarithm of the gain of learning, mean over agents and generations",
@@ -110,13 +105,13 @@ class EggLayers(Model, name="egg-layers"):
     def n_weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         mean = np.float32(self.initial_preference)
         std = np.float32(self.initial_std)
-        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
+        return mean + std * kit.draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         preference = genomes[:, :, 0, 0].astype(np.float64)
         innate_share = choose_medium(preference)
@@ -125,16 +120,14 @@ class EggLayers(Model, name="egg-layers"):
         fitness = choose_medium(learned_preference)
         gain_slope = (1 - fitness) * (1 + shift_slope) - (1 - innate_share)
         records = {
-            "preference": genomes[:, :, 0, 0].copy(),
-            "innate_share": innate_share.astype(np.float32),
-            "learned_shift": shift.astype(np.float32),
-            "gain_slope": gain_slope.astype(np.float32),
+            "preference": preference,
+            "innate_share": innate_share,
+            "learned_shift": shift,
+            "gain_slope": gain_slope,
         }
-        return LifeResults.without_cost(
-            fitness, learned=learned_preference.astype(np.float32)[:, :, None], records=records
-        )
+        return self.make_results(fitness, records, learned=learned_preference[:, :, None])
 
-    def learn(self, innate_share: Numbers) -> tuple[Numbers, Numbers]:
+    def learn(self, innate_share: kit.Numbers) -> tuple[kit.Numbers, kit.Numbers]:
         """Return the learned shift d and its slope d' over the preference, for shares p."""
         wrong_share = 1 - innate_share
         # The slope of p over the preference.

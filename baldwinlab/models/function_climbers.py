@@ -20,17 +20,15 @@ function.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from math import pi
-from typing import Any, ClassVar, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.founders import draw_bits
-from baldwinlab.models.record_means import mean_at, mean_of_last_generation
+from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
@@ -48,14 +46,14 @@ class Blocks(NamedTuple):
     """Values of all blocks of bits, and the best change of one bit."""
 
     # Value of each block, as a binary number, from 0 to 1, (blocks,).
-    values: npt.NDArray[np.float64]
+    values: kit.Numbers
     # The best block that differs in one bit, or the block itself if none is better, (blocks,).
-    neighbors: npt.NDArray[np.int64]
+    neighbors: kit.Integers
     # Value of the neighbor minus that of the block, (blocks,). 0 for a local optimum.
-    gains: npt.NDArray[np.float64]
+    gains: kit.Numbers
 
 
-def sine(angle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def sine(angle: kit.Numbers) -> kit.Numbers:
     """Compute the sine by its Taylor series. Sines of libraries differ between machines."""
     reduced = angle - 2 * pi * np.rint(angle / (2 * pi))
     term = reduced
@@ -66,19 +64,19 @@ def sine(angle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return total
 
 
-def rastrigin(number: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+def rastrigin(number: kit.Integers) -> kit.Numbers:
     """Compute the term of Rastrigin's function for numbers 0 to 1023: x = -5.12 to 5.11."""
     x = (number - 512) / 100
     return 10 + x * x - 10 * sine(2 * pi * x + pi / 2)
 
 
-def schwefel(number: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+def schwefel(number: kit.Integers) -> kit.Numbers:
     """Compute the term of Schwefel's function for numbers 0 to 1023: x = -512 to 511."""
     x = number - 512.0
     return -x * sine(np.sqrt(np.abs(x)))
 
 
-def decode_gray(codes: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def decode_gray(codes: kit.Integers) -> kit.Integers:
     """Return the numbers of Gray codes. Codes of consecutive numbers differ in one bit."""
     numbers = codes.copy()
     for shift in range(1, NUMBER_BITS):
@@ -134,12 +132,12 @@ class FunctionClimbers(Model, name="function-climbers"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 101, "variation": "one-point-bits", "mutation_rate": 0.0},
         "record": {"genome_every": 20},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("fitness of the string at birth, 0 to 1"),
         "learned": Variable.share("fitness of the string at death, 0 to 1"),
         "optimum": Variable.flag("1 if the string at birth is the global optimum, else 0"),
@@ -148,28 +146,25 @@ class FunctionClimbers(Model, name="function-climbers"):
             "evaluations", "number of evaluated strings in the lifetime"
         ),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    clock: ClassVar[str] = "evaluations"
-    learned_distance: ClassVar[str] = "changed"
-    learning_amount: ClassVar[str] = "learning_steps"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_steps": 0}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = kit.BITS
+    clock = "evaluations"
+    learned_distance = "changed"
+    learning_amount = "learning_steps"
+    lifetime_steps = "learning_steps"
+    settings_without_learning = {"learning_steps": 0}
+    measures = {
         "optimum": Measure(
             "share of agents born as the global optimum, last generation",
-            mean_of_last_generation("optimum"),
+            kit.mean_of_last_generation("optimum"),
         ),
         "optimum-early": Measure(
             f"share of agents born as the global optimum, generation {EARLY_GENERATION}",
-            mean_at("optimum", EARLY_GENERATION),
+            kit.mean_at("optimum", EARLY_GENERATION),
         ),
         "best-early": Measure(
             f"best fitness in generation {EARLY_GENERATION}", _best_early_fitness
         ),
     }
-
-    @property
-    def steps(self) -> int:
-        return max(1, self.learning_steps)
 
     @property
     def bits(self) -> int:
@@ -187,11 +182,11 @@ class FunctionClimbers(Model, name="function-climbers"):
     def n_weights(self) -> int:
         return self.variables * self.bits
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_bits(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         values, neighbors, gains = make_blocks(self.function, self.encoding)
         bit_masks = 1 << np.arange(self.bits)[::-1]
@@ -214,14 +209,11 @@ class FunctionClimbers(Model, name="function-climbers"):
         innate = values[newborn].mean(axis=-1)
         learned = values[blocks].mean(axis=-1)
         records = {
-            "innate": innate.astype(np.float32),
-            "learned": learned.astype(np.float32),
-            "optimum": (values[newborn] == 1).all(axis=-1).astype(np.int32),
-            "changed": changed.sum(axis=(-2, -1)).astype(np.int32),
+            "innate": innate,
+            "learned": learned,
+            "optimum": (values[newborn] == 1).all(axis=-1),
+            "changed": changed.sum(axis=(-2, -1)),
             "evaluations": n_evaluations,
         }
-        return LifeResults.without_cost(
-            learned,
-            learned=bits_at_death.reshape(*shape[:2], -1).astype(np.float32),
-            records=records,
-        )
+        learned_bits = bits_at_death.reshape(*shape[:2], -1)
+        return self.make_results(learned, records, learned=learned_bits)

@@ -17,29 +17,16 @@ G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Syste
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
-from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
-from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
-from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    LIFE,
-    Field,
-    LifeResults,
-    Mating,
-    Measure,
-    Model,
-    Variable,
-    Variation,
-    uniforms,
-)
+from baldwinlab.models import kit
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
@@ -73,10 +60,8 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     guessing: bool = Field(
         True, description="Whether agents guess each ?. Otherwise ? is never correct."
     )
-    initial_unset_share: float = Field(
+    initial_unset_share: kit.Share = Field(
         0.5,
-        ge=0,
-        le=1,
         description=(
             "Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares."
         ),
@@ -89,35 +74,36 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         description="Factor of the fitness that each used trial costs. 1: the paper; 0: no cost.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "ones": Variable.share("share of alleles that are 1, the correct allele"),
         "unset": Variable.share("share of alleles that are ?"),
         "zeros": Variable.share("share of alleles that are 0"),
         "succeeded": Variable.flag("1 if all alleles were correct in a trial, else 0"),
         "used": Variable.integer("trials", "number of trials in the lifetime"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-    clock: ClassVar[str] = "used"
-    innate_trait: ClassVar[str] = "ones"
-    learned_distance: ClassVar[str] = "unset"
-    learning_time: ClassVar[str] = "used"
-    learning_amount: ClassVar[str] = "trials"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"guessing": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "ones": Measure("share of 1 in the last generation", mean_of_last_generation("ones")),
-        "unset": Measure("share of ? in the last generation", mean_of_last_generation("unset")),
-        "zeros": Measure("share of 0 in the last generation", mean_of_last_generation("zeros")),
+    alleles = kit.BITS_AND_UNSET
+    clock = "used"
+    innate_trait = "ones"
+    learned_distance = "unset"
+    learning_time = "used"
+    learning_amount = "trials"
+    lifetime_steps = "trials"
+    settings_without_learning = {"guessing": False}
+    measures = {
+        **kit.measure_last_means(
+            {"ones": "share of 1", "unset": "share of ?", "zeros": "share of 0"}
+        ),
         "take-off": Measure("generation in which half of the agents succeed", _take_off),
         "unset-at-take-off": Measure(
             "share of ? when half of the agents succeed", _unset_at_take_off
         ),
         "fall": Measure(
             "share of ? when half of the agents succeed, minus share of ? in the last generation",
-            lambda runs: _unset_at_take_off(runs) - mean_of_last_generation("unset")(runs),
+            lambda runs: _unset_at_take_off(runs) - kit.mean_of_last_generation("unset")(runs),
         ),
         "taken-off": Measure(
             "1 if half of the agents ever succeed, else 0",
@@ -129,26 +115,18 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         ),
     }
 
-    @property
-    def steps(self) -> int:
-        return self.trials
-
     def n_weights(self) -> int:
         return self.loci
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_alleles(key, agents, self.loci, self.initial_unset_share)
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_alleles(key, agents, self.loci, self.initial_unset_share)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         genomes = genomes[:, :, 0]
-        n_agents = genomes.shape[1]
-        # [run, agent]: the first of four numbers per agent.
-        luck = np.stack(
-            [uniforms(seed, run, generation, LIFE, (n_agents, 1))[:, 0, 0] for run in runs]
-        )
-        n_unset = (genomes == UNSET_ALLELE).sum(axis=-1)
+        luck = kit.draw_lifetimes(seed, runs, generation, (genomes.shape[1], 1))[:, :, 0]
+        n_unset = (genomes == kit.UNSET_ALLELE).sum(axis=-1)
         can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (n_unset == 0))
         first_success = self._find_first_success(n_unset, luck)
         succeeded = can_succeed & (first_success <= self.trials)
@@ -162,18 +140,16 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         n_used = np.where(succeeded, first_success, n_used_by_failures)
         records = {
             "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
-            "unset": (n_unset / self.loci).astype(np.float32),
+            "unset": n_unset / self.loci,
             "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
-            "succeeded": succeeded.astype(np.int32),
-            "used": n_used.astype(np.int32),
+            "succeeded": succeeded,
+            "used": n_used,
         }
         # A success sets all loci of the agent to the correct allele, 1.
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults.without_cost(fitness, learned=learned, records=records)
+        return self.make_results(fitness, records, learned=learned)
 
-    def _find_first_success(
-        self, n_unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
-    ) -> npt.NDArray[np.int64]:
+    def _find_first_success(self, n_unset: kit.Integers, luck: kit.Numbers) -> kit.Integers:
         """Return the number of the first successful trial [run, agent], from 1.
 
         A trial fails with the probability q = 1 - 2^-n_unset, so the trials 1 to t all fail with
@@ -189,62 +165,3 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             n_failures = np.searchsorted(-failure_probabilities, -luck[has_count])
             first_success[has_count] = 1 + n_failures
         return first_success
-
-
-class OnePointOfAlleles(Variation, name="one-point-alleles"):
-    """One-point crossover of the alleles 0, 1 and ?; then mutation to 0, 1 or ?.
-
-    References
-    ----------
-    Hinton and Nowlan 1987.
-    """
-
-    mutation_law: Literal["uniform", "founders"] = Field(
-        "uniform",
-        description=(
-            "Distribution of mutated alleles. uniform: 0, 1 and ? alike; founders: as"
-            " among the founders."
-        ),
-    )
-    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {
-        # Three times the share of 0, because `vary` draws a number from (0, 3).
-        "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
-    }
-
-    def zero_share(self, experiment: Any) -> float:
-        """Return the share of 0 among mutated alleles. It equals the share of 1."""
-        if self.mutation_law == "founders":
-            return float((1 - experiment.model_part.initial_unset_share) / 2)
-        return 1 / 3
-
-    def check(self, experiment: Any) -> None:
-        has_shares = experiment.model != "miniworld" and hasattr(
-            experiment.model_part, "initial_unset_share"
-        )
-        if self.mutation_law == "founders" and not has_shares:
-            raise ValueError(
-                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share "
-                "of ? among the founders: "
-                f"hinton-nowlan or moving-needle, and not {experiment.model!r}"
-            )
-
-    @staticmethod
-    def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
-        child = mating.child
-        # The cut is a position in the list of the genes of all modules.
-        cut = draw_cut(mating.gate, child.size)
-        for module in range(child.shape[0]):
-            for locus in range(child.shape[1]):
-                gene = module * child.shape[1] + locus
-                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
-                child[module, locus] = parent[module, locus]
-                if mating.draws[gene, 1] < part.mutation_rate:
-                    draw = 3.0 * mating.draws[gene, 2]
-                    is_not_zero = draw >= part.three_zero_shares
-                    is_one = draw >= 3.0 - part.three_zero_shares
-                    # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
-                    n_halves = int(is_not_zero) + int(is_one)
-                    child[module, locus] = np.float32(n_halves) * np.float32(UNSET_ALLELE)

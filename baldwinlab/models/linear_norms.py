@@ -21,16 +21,13 @@ genetic assimilation", Journal of Evolutionary Biology 22 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.founders import draw_normal_numbers
-from baldwinlab.models.record_means import change_of_mean, mean_at
-from baldwinlab.models.slope_climbers import exponentiate
+from baldwinlab.models import kit
 from baldwinlab.parts import (
     LIFE,
     Field,
@@ -56,8 +53,8 @@ class Environment(NamedTuple):
 def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
     """Return the rate of change of the slope in the first phase, divided by that in the second."""
     later_generations = max(1, runs.sizes["generation"] - 1 - PHASE_END)
-    rise = change_of_mean("slope", 0, PHASE_END)(runs) / PHASE_END
-    fall = -change_of_mean("slope", PHASE_END, -1)(runs) / later_generations
+    rise = kit.change_of_mean("slope", 0, PHASE_END)(runs) / PHASE_END
+    fall = -kit.change_of_mean("slope", PHASE_END, -1)(runs) / later_generations
     return rise / fall
 
 
@@ -106,33 +103,33 @@ class LinearNorms(Model, name="linear-norms"):
 
     # The weights of a genome are in units of the genetic standard deviations, so that their
     # variance is 1 without selection: twice the variance of segregation.
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 200},
         "evolution": {"generations": 601, "variation": "infinitesimal", "mutation_size": 0.7071},
         "record": {"genome_every": 20},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "intercept": Variable.quantity("z", "intercept of the reaction norm"),
         "slope": Variable.quantity("z/e", "slope of the reaction norm"),
         "plastic_response": Variable.quantity("z", "absolute change of the phenotype by the cue"),
         "mismatch": Variable.quantity("z", "phenotype minus the optimum in this generation"),
     }
-    innate_trait: ClassVar[str] = "intercept"
-    learned_distance: ClassVar[str] = "plastic_response"
-    learning_amount: ClassVar[str] = "plasticity"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": 0.0}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "intercept"
+    learned_distance = "plastic_response"
+    learning_amount = "plasticity"
+    settings_without_learning = {"plasticity": 0.0}
+    measures = {
         "slope-rise": Measure(
             "change of the mean slope from generation 0 to 20",
-            change_of_mean("slope", 0, PHASE_END),
+            kit.change_of_mean("slope", 0, PHASE_END),
         ),
         "slope-fall": Measure(
             "decrease of the mean slope from generation 20 to the last",
-            lambda runs: -change_of_mean("slope", PHASE_END, -1)(runs),
+            lambda runs: -kit.change_of_mean("slope", PHASE_END, -1)(runs),
         ),
         "intercept-rise": Measure(
             "change of the mean intercept from generation 20 to the last",
-            change_of_mean("intercept", PHASE_END, -1),
+            kit.change_of_mean("intercept", PHASE_END, -1),
         ),
         "rate-ratio": Measure(
             "increase of the mean slope per generation to generation 20, divided by its decrease "
@@ -140,16 +137,16 @@ class LinearNorms(Model, name="linear-norms"):
             _rate_ratio,
         ),
         "slope-at-20": Measure(
-            "mean slope in generation 20", mean_at("slope", PHASE_END, np.float64)
+            "mean slope in generation 20", kit.mean_at("slope", PHASE_END, np.float64)
         ),
         "intercept-at-20": Measure(
-            "mean intercept in generation 20", mean_at("intercept", PHASE_END, np.float64)
+            "mean intercept in generation 20", kit.mean_at("intercept", PHASE_END, np.float64)
         ),
         "final-slope": Measure(
-            "mean slope in the last generation", mean_at("slope", -1, np.float64)
+            "mean slope in the last generation", kit.mean_at("slope", -1, np.float64)
         ),
         "final-intercept": Measure(
-            "mean intercept in the last generation", mean_at("intercept", -1, np.float64)
+            "mean intercept in the last generation", kit.mean_at("intercept", -1, np.float64)
         ),
         "early-fitness": Measure("fitness, mean over generations 1 to 20", _early_fitness),
     }
@@ -157,8 +154,8 @@ class LinearNorms(Model, name="linear-norms"):
     def n_weights(self) -> int:
         return 2
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = draw_normal_numbers(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        genomes = kit.draw_normal_numbers(key, agents, self.n_weights())
         # Selection in the first environment, whose mean is 0, leads to this slope.
         genomes[..., 1] += np.float32(self.predictability * self.optimum_slope / self.slope_std)
         return genomes
@@ -173,7 +170,7 @@ class LinearNorms(Model, name="linear-norms"):
         return Environment(mean + self.noise_std * cue_deviation, mean + self.noise_std * deviation)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         environments = [self.environment(seed, run, generation) for run in runs]
         # [run, 1], for all agents of a run.
@@ -186,11 +183,11 @@ class LinearNorms(Model, name="linear-norms"):
         mismatch = intercept + response - self.optimum_slope * selection
         log_fitness = -((mismatch / self.peak_width) ** 2) / 2
         log_fitness -= self.plasticity_cost * expressed_slope**2 / 2
-        fitness = exponentiate(log_fitness)
+        fitness = kit.exponentiate(log_fitness)
         records = {
-            "intercept": intercept.astype(np.float32),
-            "slope": slope.astype(np.float32),
-            "plastic_response": np.abs(response).astype(np.float32),
-            "mismatch": mismatch.astype(np.float32),
+            "intercept": intercept,
+            "slope": slope,
+            "plastic_response": np.abs(response),
+            "mismatch": mismatch,
         }
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, records)

@@ -19,27 +19,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.models import kit
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.models.record_means import mean_of_second_half
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 # Number of changes of the target that are drawn together.
 CHANGES_PER_BLOCK: Final = 100
 # Maximum number of blocks that are drawn for another block.
 MAX_DEPTH: Final = 200
-# For each record of `hinton_nowlan.py`, its name in this model.
-RECORD_NAMES = {
-    "ones": "right",
-    "zeros": "wrong",
-    "unset": "unset",
-    "succeeded": "succeeded",
-    "used": "used",
-}
+# Names of records of `hinton_nowlan.py` that differ in this model.
+RECORD_NAMES: Final = {"ones": "right", "zeros": "wrong"}
 
 
 class MovingNeedle(HintonNowlan, name="moving-needle"):
@@ -60,34 +54,32 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 201, "variation": "one-point-alleles", "mutation_rate": 0.01},
         "record": {"genome_every": 10},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
-        RECORD_NAMES[name]: variable
-        for name, variable in HintonNowlan.records.items()
-        if name not in ("ones", "zeros")
-    } | {
+    records = {
+        **{name: HintonNowlan.records[name] for name in ("unset", "succeeded", "used")},
         "right": Variable.share("share of correct alleles in this generation"),
         "wrong": Variable.share("share of wrong alleles in this generation"),
     }
-    innate_trait: ClassVar[str] = "right"
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "fitness": Measure("fitness in the second half of the run", mean_of_second_half("energy")),
-        "right": Measure(
-            "share of correct alleles in the second half of the run", mean_of_second_half("right")
+    innate_trait = "right"
+    measures = {
+        "fitness": Measure(
+            "fitness in the second half of the run", kit.mean_of_second_half("energy")
         ),
-        "unset": Measure("share of ? in the second half of the run", mean_of_second_half("unset")),
-        "succeeded": Measure(
-            "share of agents that succeed in the second half of the run",
-            mean_of_second_half("succeeded"),
+        **kit.measure_second_halves(
+            {
+                "right": "share of correct alleles",
+                "unset": "share of ?",
+                "succeeded": "share of agents that succeed",
+            }
         ),
     }
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         """Simulate lifetimes of `hinton_nowlan.py`, with 0 and 1 swapped at loci whose target is 0.
 
@@ -99,13 +91,16 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         is_swapped = (targets == 0)[:, None, None]
         swapped_genomes = np.where(is_swapped, 1 - genomes, genomes)
         results = super().simulate(seed, runs, generation, swapped_genomes)
-        learned = results.learned
-        if learned is not None:
-            learned = np.where(is_swapped[:, :, 0], 1 - learned, learned)
-        records = {RECORD_NAMES[name]: record for name, record in results.records.items()}
-        return results._replace(learned=learned, records=records)
+        learned: Any = results.learned
+        return results._replace(learned=np.where(is_swapped[:, :, 0], 1 - learned, learned))
 
-    def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
+    def make_results(
+        self, energy: kit.Numbers, records: Mapping[str, Any], **arrays: Any
+    ) -> LifeResults:
+        named = {RECORD_NAMES.get(name, name): values for name, values in records.items()}
+        return super().make_results(energy, named, **arrays)
+
+    def target(self, seed: int, run: int, generation: int) -> kit.Integers:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""
         n_changes = generation // self.period if self.period else 0
         if n_changes == 0:

@@ -21,24 +21,20 @@ Biology 175 (1995).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
-from baldwinlab.models.founders import draw_normal_numbers
-from baldwinlab.models.record_means import mean_of_second_half
-from baldwinlab.models.slope_climbers import exponentiate
+from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
     """Return the variance of innate x between agents, as a mean over the second half."""
-    second_half = slice(runs.sizes["generation"] // 2, None)
-    innate = runs["innate_x"].astype(np.float64).isel(generation=second_half)
+    innate = kit.select_second_half(runs["innate_x"].astype(np.float64))
     return innate.var("agent").mean("generation")
 
 
@@ -64,8 +60,8 @@ class MovingOptimum(Model, name="moving-optimum"):
         2.0, ge=0.01, le=1000, description="Width of the peak of fitness, in units of x."
     )
     learning: bool = Field(True, description="Whether agents learn.")
-    learned_share: float = Field(
-        0.5, ge=0, le=1, description="Share of the distance to the optimum that learning removes."
+    learned_share: kit.Share = Field(
+        0.5, description="Share of the distance to the optimum that learning removes."
     )
     cost: float = Field(
         0.0,
@@ -77,7 +73,7 @@ class MovingOptimum(Model, name="moving-optimum"):
         0.4, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {
             "generations": 401,
@@ -86,7 +82,7 @@ class MovingOptimum(Model, name="moving-optimum"):
             "mutation_size": 0.1,
         },
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate_x": Variable.quantity("x", "x at birth"),
         "mismatch_at_birth": Variable.quantity(
             "x", "optimum minus x at birth; above 0: behind the optimum"
@@ -94,18 +90,18 @@ class MovingOptimum(Model, name="moving-optimum"):
         "mismatch_at_death": Variable.quantity("x", "optimum minus x at death, after learning"),
         "learned_distance": Variable.quantity("x", "distance between x at birth and at death"),
     }
-    innate_trait: ClassVar[str] = "innate_x"
-    learned_distance: ClassVar[str] = "learned_distance"
-    learning_amount: ClassVar[str] = "learned_share"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "innate_x"
+    learned_distance = "learned_distance"
+    learning_amount = "learned_share"
+    settings_without_learning = {"learning": False}
+    measures = {
         "mismatch": Measure(
             "optimum minus x at death, in the second half of the run",
-            mean_of_second_half("mismatch_at_death", np.float64),
+            kit.mean_of_second_half("mismatch_at_death", np.float64),
         ),
         "mismatch-at-birth": Measure(
             "optimum minus x at birth, in the second half of the run",
-            mean_of_second_half("mismatch_at_birth", np.float64),
+            kit.mean_of_second_half("mismatch_at_birth", np.float64),
         ),
         "variance": Measure(
             "variance of x at birth, in the second half of the run", _variance_of_second_half
@@ -122,15 +118,15 @@ class MovingOptimum(Model, name="moving-optimum"):
     def n_weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return np.float32(self.initial_std) * draw_normal_numbers(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return np.float32(self.initial_std) * kit.draw_normal_numbers(key, agents, self.n_weights())
 
     def optimum(self, generation: int) -> float:
         """Return the optimum of a generation; the mean of the founders is 0."""
         return self.jump + self.speed * generation
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         innate_x = genomes[:, :, 0, 0]
         share = self.learned_share if self.learning else 0.0
@@ -140,16 +136,14 @@ class MovingOptimum(Model, name="moving-optimum"):
         energy = self.fitness(remaining * remaining)
         fitness = self.fitness(remaining * remaining + self.cost * learned * learned)
         records = {
-            "innate_x": innate_x.copy(),
-            "mismatch_at_birth": mismatch.astype(np.float32),
-            "mismatch_at_death": remaining.astype(np.float32),
-            "learned_distance": abs(learned).astype(np.float32),
+            "innate_x": innate_x,
+            "mismatch_at_birth": mismatch,
+            "mismatch_at_death": remaining,
+            "learned_distance": abs(learned),
         }
-        learned_x = (innate_x + learned).astype(np.float32)
-        return LifeResults(
-            energy=energy, cost=energy - fitness, learned=learned_x[:, :, None], records=records
-        )
+        learned_x = (innate_x + learned)[:, :, None]
+        return self.make_results(energy, records, cost=energy - fitness, learned=learned_x)
 
-    def fitness(self, squares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def fitness(self, squares: kit.Numbers) -> kit.Numbers:
         """Return the fitness at squared distances, for an array of any shape."""
-        return exponentiate(-squares / (2 * self.width * self.width))
+        return kit.exponentiate(-squares / (2 * self.width * self.width))

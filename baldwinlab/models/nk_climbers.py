@@ -28,33 +28,30 @@ G. Mayley, "Guiding or hiding", ECAL 97.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.models.record_means import mean_at
+from baldwinlab.models import kit
 from baldwinlab.parts import (
     LIFE,
     Field,
     LifeResults,
-    Mating,
     Measure,
     Model,
     PathView,
     Variable,
-    Variation,
     View,
     uniforms,
 )
 
 # Generation numbers of the random numbers for the landscape, for the founders and for the start of
 # learning. No lifetime uses these numbers.
-LANDSCAPE_GENERATION: Final = 2**32 - 1
+LANDSCAPE_GENERATION: Final = kit.ENVIRONMENT_GENERATION
 FOUNDER_GENERATION: Final = LANDSCAPE_GENERATION - 1
 START_GENERATION: Final = LANDSCAPE_GENERATION - 2
 # Maximum length of a string. All strings are evaluated to scale the landscape, so the number of
@@ -63,7 +60,7 @@ MAX_BITS: Final = 16
 
 
 @lru_cache(maxsize=64)
-def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.float64]:
+def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
     """Return the fitness of all strings of a run.
 
     Returns fitness by string, read as a binary number, in [0, 1]. The array is read-only.
@@ -84,19 +81,17 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
         )
         table = draws[bit, :table_size, 0]
         total += table[table_indices]
-    fitness: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
+    fitness: kit.Numbers = (total - total.min()) / (total.max() - total.min())
     # The array is cached.
     fitness.flags.writeable = False
     return fitness
 
 
-def _view_climb(
-    model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> PathView:
+def _view_climb(model: NKClimbers, key: Any, genomes: kit.Genomes, agent: int) -> PathView:
     """Return the fitness of an agent after each trial, with the mean and maximum of all agents."""
     fitness_of_string = landscape(key.seed, key.run, model.bits, model.k)
     bit_draws = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
-    strings = model.start_learning(key.seed, key.run, model.numbers(genomes))
+    strings = model.start_learning(key.seed, key.run, kit.read_bits(genomes))
     fitness_by_trial = [fitness_of_string[strings]]
     for trial in range(model.trials):
         climb(fitness_of_string, model.bits, bit_draws[:, trial : trial + 1], strings)
@@ -128,23 +123,18 @@ class NKClimbers(Model, name="nk-climbers"):
             "Number of learning trials in a lifetime, each with one flipped bit. 0: no learning."
         ),
     )
-    cost_per_bit: float = Field(
-        0.0,
-        ge=0,
-        le=1,
-        description="Cost per bit that differs between birth and death, in fitness.",
+    cost_per_bit: kit.Share = Field(
+        0.0, description="Cost per bit that differs between birth and death, in fitness."
     )
-    correlation: float = Field(
+    correlation: kit.Share = Field(
         1.0,
-        ge=0,
-        le=1,
         description=(
             "Share of the bits at the start of learning that the genome determines, rounded to "
             "whole bits. The others are random."
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 151,
@@ -154,17 +144,18 @@ class NKClimbers(Model, name="nk-climbers"):
         },
         "record": {"genome_every": 5},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("fitness of the string at birth, 0 to 1"),
         "learned": Variable.share("fitness of the string at death, without the cost, 0 to 1"),
         "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    learned_distance: ClassVar[str] = "changed"
-    learning_amount: ClassVar[str] = "trials"
+    alleles = kit.BITS
+    learned_distance = "changed"
+    learning_amount = "trials"
+    lifetime_steps = "trials"
     # An agent that changes no bit has no cost.
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0, "cost_per_bit": 0.0}
-    views: ClassVar[Mapping[str, View]] = {
+    settings_without_learning = {"trials": 0, "cost_per_bit": 0.0}
+    views = {
         "climb": View(
             (
                 "Fitness of a string after each trial of its lifetime, compared with the "
@@ -173,25 +164,23 @@ class NKClimbers(Model, name="nk-climbers"):
             _view_climb,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "innate": Measure("innate fitness in generation 150", mean_at("innate", 150)),
-        "changed": Measure("bits changed by learning in generation 150", mean_at("changed", 150)),
+    measures = {
+        "innate": Measure("innate fitness in generation 150", kit.mean_at("innate", 150)),
+        "changed": Measure(
+            "bits changed by learning in generation 150", kit.mean_at("changed", 150)
+        ),
         "changed-at-first": Measure(
-            "bits changed by learning in generation 2", mean_at("changed", 2)
+            "bits changed by learning in generation 2", kit.mean_at("changed", 2)
         ),
         "changed-falls": Measure(
             "bits changed by learning in generation 2 minus those in generation 150",
-            lambda runs: mean_at("changed", 2)(runs) - mean_at("changed", 150)(runs),
+            lambda runs: kit.mean_at("changed", 2)(runs) - kit.mean_at("changed", 150)(runs),
         ),
     }
 
     @property
     def learns(self) -> bool:
         return self.trials > 0
-
-    @property
-    def steps(self) -> int:
-        return max(1, self.trials)
 
     def check(self, experiment: Any) -> None:
         if self.k >= self.bits:
@@ -202,20 +191,11 @@ class NKClimbers(Model, name="nk-climbers"):
     def n_weights(self) -> int:
         return self.bits
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         draws = uniforms(key.seed, key.run, FOUNDER_GENERATION, LIFE, (1, self.bits))[0, :, 0]
         return np.broadcast_to((draws < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
-    def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-        """Return the strings of genomes [..., agent, module, bit] as numbers [..., agent]."""
-        strings: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (
-            1 << np.arange(self.bits)
-        )
-        return strings
-
-    def start_learning(
-        self, seed: int, run: int, strings: npt.NDArray[np.int64]
-    ) -> npt.NDArray[np.int64]:
+    def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
         """Return the strings with which agents begin to learn, for strings of genomes."""
         n_random = round((1 - self.correlation) * self.bits)
         if n_random == 0 or self.trials == 0:
@@ -228,11 +208,11 @@ class NKClimbers(Model, name="nk-climbers"):
         return (strings & ~mask) | (random_string & mask)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         # Bit i of the number of a string is bit i of the string.
         bit_masks = 1 << np.arange(self.bits)
-        newborn_strings = self.numbers(genomes)
+        newborn_strings = kit.read_bits(genomes)
         start_strings = np.stack(
             [
                 self.start_learning(seed, run, strings)
@@ -252,17 +232,12 @@ class NKClimbers(Model, name="nk-climbers"):
             learned_fitness[row] = fitness_of_string[strings[row]]
         differs = ((start_strings ^ strings)[..., None] & bit_masks) > 0
         n_changed = differs.sum(axis=-1)
-        bits_at_death = ((strings[..., None] & bit_masks) > 0).astype(np.float32)
-        records = {
-            "innate": innate_fitness.astype(np.float32),
-            "learned": learned_fitness.astype(np.float32),
-            "changed": n_changed.astype(np.int32),
-        }
-        return LifeResults(
-            energy=learned_fitness,
+        records = {"innate": innate_fitness, "learned": learned_fitness, "changed": n_changed}
+        return self.make_results(
+            learned_fitness,
+            records,
             cost=self.cost_per_bit * n_changed,
-            learned=bits_at_death,
-            records=records,
+            learned=(strings[..., None] & bit_masks) > 0,
         )
 
 
@@ -280,27 +255,3 @@ def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> No
             flipped_string = strings[agent] ^ (1 << bit)
             if fitness_of_string[flipped_string] > fitness_of_string[strings[agent]]:
                 strings[agent] = flipped_string
-
-
-class BitFlips(Variation, name="bit-flips"):
-    """Copy of one parent, drawn at random; each bit can flip.
-
-    References
-    ----------
-    Mayley 1996.
-    """
-
-    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-
-    @staticmethod
-    def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
-        child = mating.child
-        n_modules = child.shape[0]
-        n_bits = child.shape[1]
-        for module in range(n_modules):
-            for bit in range(n_bits):
-                inherited = fitter[module, bit] if mating.gate < 0.5 else second[module, bit]
-                flips = mating.draws[module * n_bits + bit, 1] < part.mutation_rate
-                child[module, bit] = np.float32(1) - inherited if flips else inherited

@@ -20,26 +20,23 @@ T. J. H. Morgan and T. L. Griffiths, "What the Baldwin effect affects", CogSci 2
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
-from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
+from baldwinlab.models import kit
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
-Floats = npt.NDArray[np.float64]
 # The record `innate_elements` has one bit of an int32 for each element.
 MAX_ELEMENTS: Final = 30
 # Differences of predicted selection below this number are rounding.
 ROUNDING: Final = 1e-12
 
 
-def find_innate_times(runs: xr.Dataset, n_elements: int) -> Floats:
+def find_innate_times(runs: xr.Dataset, n_elements: int) -> kit.Numbers:
     """Return the first generation in which most agents have each element innately right.
 
     Returns (run, element): generations, infinite for an element that does not become innate.
@@ -49,11 +46,11 @@ def find_innate_times(runs: xr.Dataset, n_elements: int) -> Floats:
     # One element at a time, because all of them together need much memory.
     shares = np.stack([((masks & bit) > 0).mean(axis=-1) for bit in bits], axis=-1)
     is_innate = shares > 0.5
-    times: Floats = np.where(is_innate.any(axis=1), is_innate.argmax(axis=1), np.inf)
+    times: kit.Numbers = np.where(is_innate.any(axis=1), is_innate.argmax(axis=1), np.inf)
     return times
 
 
-def _agreement(runs: xr.Dataset, prediction: Floats) -> xr.DataArray:
+def _agreement(runs: xr.Dataset, prediction: kit.Numbers) -> xr.DataArray:
     """Return the agreement of the order of the elements with a predicted order, for each run.
 
     The agreement is Kendall's tau over the pairs of elements with different predictions: concordant
@@ -78,7 +75,7 @@ class PlasticElements(Model, name="plastic-elements"):
     number of other elements that need them.
     """
 
-    success_probabilities: tuple[Annotated[float, Field(ge=0, le=1)], ...] = Field(
+    success_probabilities: tuple[kit.Share, ...] = Field(
         (0.5,) * 8,
         min_length=1,
         max_length=MAX_ELEMENTS,
@@ -99,21 +96,19 @@ class PlasticElements(Model, name="plastic-elements"):
     learning: bool = Field(
         True, description="Whether agents learn. Otherwise a plastic element is never right."
     )
-    initial_unset_share: float = Field(
+    initial_unset_share: kit.Share = Field(
         1.0,
-        ge=0,
-        le=1,
         description=(
             "Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares."
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 500},
         "evolution": {"generations": 121, "variation": "one-point-alleles", "mutation_rate": 0.01},
         "record": {"genome_every": 50},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate": Variable.share("share of elements that are innately right"),
         "plastic": Variable.share("share of elements that are plastic"),
         "right": Variable.share("share of elements that are right at death"),
@@ -121,16 +116,11 @@ class PlasticElements(Model, name="plastic-elements"):
             "bit mask", "innately right elements: bit i - 1 is 1 if element i is right at birth"
         ),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-    innate_trait: ClassVar[str] = "innate"
-    learned_distance: ClassVar[str] = "plastic"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "plastic": Measure(
-            "share of plastic elements in the last generation",
-            mean_of_last_generation("plastic"),
-        )
-    }
+    alleles = kit.BITS_AND_UNSET
+    innate_trait = "innate"
+    learned_distance = "plastic"
+    settings_without_learning = {"learning": False}
+    measures = kit.measure_last_means({"plastic": "share of plastic elements"})
 
     @property
     def n_elements(self) -> int:
@@ -155,44 +145,42 @@ class PlasticElements(Model, name="plastic-elements"):
     def n_weights(self) -> int:
         return self.n_elements
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_alleles(key, agents, self.n_elements, self.initial_unset_share)
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_alleles(key, agents, self.n_elements, self.initial_unset_share)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         genomes = genomes[:, :, 0]
-        shape = genomes.shape[1:]
-        # [run, agent, element]: the first of four numbers.
-        draws = np.stack([uniforms(seed, run, generation, LIFE, shape)[:, :, 0] for run in runs])
+        draws = kit.draw_lifetimes(seed, runs, generation, genomes.shape[1:])
         succeeds = draws < np.asarray(self.success_probabilities)
         is_right = self._set_elements(genomes, succeeds) > 0
         is_innate = genomes == 1
         fitness = is_right @ np.asarray(self.weights)
         records = {
             "innate": is_innate.mean(axis=-1, dtype=np.float32),
-            "plastic": (genomes == UNSET_ALLELE).mean(axis=-1, dtype=np.float32),
+            "plastic": (genomes == kit.UNSET_ALLELE).mean(axis=-1, dtype=np.float32),
             "right": is_right.mean(axis=-1, dtype=np.float32),
-            "innate_elements": (is_innate @ (1 << np.arange(self.n_elements))).astype(np.int32),
+            "innate_elements": is_innate @ (1 << np.arange(self.n_elements)),
         }
         learned = np.where(is_right, np.float32(1), genomes)
-        return LifeResults.without_cost(fitness, learned=learned, records=records)
+        return self.make_results(fitness, records, learned=learned)
 
-    def expected_fitness(self, genomes: npt.NDArray[np.float32]) -> Floats:
+    def expected_fitness(self, genomes: kit.Genomes) -> kit.Numbers:
         """Return the exact mean fitness over all outcomes of learning.
 
         `genomes` (..., element): alleles. Returns the shape (...).
         """
         successes = np.broadcast_to(self.success_probabilities, genomes.shape)
-        fitness: Floats = self._set_elements(genomes, successes) @ np.asarray(self.weights)
+        fitness: kit.Numbers = self._set_elements(genomes, successes) @ np.asarray(self.weights)
         return fitness
 
-    def predicted_selection(self) -> Floats:
+    def predicted_selection(self) -> kit.Numbers:
         """Return the gain in expected fitness if one element of a plastic trait becomes innate.
 
         Returns the shape (n_elements,).
         """
-        mutants = np.full((self.n_elements, self.n_elements), UNSET_ALLELE, np.float32)
+        mutants = np.full((self.n_elements, self.n_elements), kit.UNSET_ALLELE, np.float32)
         plastic_fitness = self.expected_fitness(mutants)
         np.fill_diagonal(mutants, 1)
         return self.expected_fitness(mutants) - plastic_fitness
@@ -211,7 +199,7 @@ class PlasticElements(Model, name="plastic-elements"):
             ),
         }
 
-    def _set_elements(self, genomes: npt.NDArray[np.float32], successes: Any) -> Floats:
+    def _set_elements(self, genomes: kit.Genomes, successes: Any) -> kit.Numbers:
         """Return whether each element is right, or its probability.
 
         `successes` is whether learning succeeds with a prerequisite that is right, or its
@@ -221,6 +209,6 @@ class PlasticElements(Model, name="plastic-elements"):
         for element, prerequisite in enumerate(self.prerequisites):
             if self.learning:
                 needed = right[..., prerequisite - 1] if prerequisite else 1.0
-                is_plastic = genomes[..., element] == UNSET_ALLELE
+                is_plastic = genomes[..., element] == kit.UNSET_ALLELE
                 right[..., element] += is_plastic * successes[..., element] * needed
         return right

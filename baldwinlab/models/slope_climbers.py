@@ -22,22 +22,13 @@ framework", Artificial Life 15 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.engine.arithmetic import power_of_ten
-from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.models.founders import draw_normal_numbers
-from baldwinlab.models.record_means import change_of_mean
+from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
-
-# Limit of an exponent, which prevents overflow.
-MAX_EXPONENT: Final = 300.0
-# Decimal logarithm of e.
-LOG10_E: Final = 0.43429448190325182765
 
 
 class SlopeClimbers(Model, name="slope-climbers"):
@@ -50,7 +41,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         1.0,
         ge=-10,
         le=10,
-        description=("Curvature of the logarithm of fitness. Above 0: convex; below 0: concave."),
+        description="Curvature of the logarithm of fitness. Above 0: convex; below 0: concave.",
     )
     learning: bool = Field(True, description="Whether agents learn a step.")
     learning_step: float = Field(0.3, ge=-10, le=10, description="Step that learning adds to x.")
@@ -59,7 +50,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         0.1, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {
             "generations": 21,
@@ -68,16 +59,18 @@ class SlopeClimbers(Model, name="slope-climbers"):
             "mutation_size": 0.03,
         },
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "innate_x": Variable.quantity("x", "x at birth"),
         "uphill": Variable.flag("1 if fitness rises with x at birth, else 0"),
     }
-    innate_trait: ClassVar[str] = "innate_x"
-    learning_amount: ClassVar[str] = "learning_step"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    innate_trait = "innate_x"
+    learning_amount = "learning_step"
+    settings_without_learning = {"learning": False}
+    assimilation_obstacle = "Learning adds the same step to x in every life."
+    measures = {
         "climb": Measure(
-            "increase of mean innate x, first to last generation", change_of_mean("innate_x", 0, -1)
+            "increase of mean innate x, first to last generation",
+            kit.change_of_mean("innate_x", 0, -1),
         ),
         "uphill": Measure(
             "share of agents born where fitness rises with x, minimum over generations",
@@ -91,52 +84,25 @@ class SlopeClimbers(Model, name="slope-climbers"):
                 "slope_climbers.slope and slope_climbers.curvature are both 0: there is no slope"
             )
 
-    @property
-    def assimilation_obstacle(self) -> str:
-        return "Learning adds the same step to x in every life."
-
     def n_weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         mean = np.float32(self.initial_mean)
         std = np.float32(self.initial_std)
-        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
+        return mean + std * kit.draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         innate_x = genomes[:, :, 0, 0]
         step = self.learning_step if self.learning else 0
         learned_x = innate_x + np.float32(step)
         fitness = self.fitness(learned_x.astype(np.float64))
         log_fitness_slope = self.slope + self.curvature * innate_x
-        records = {
-            "innate_x": innate_x.copy(),
-            "uphill": (log_fitness_slope > 0).astype(np.int32),
-        }
-        return LifeResults.without_cost(fitness, learned=learned_x[:, :, None], records=records)
+        records = {"innate_x": innate_x, "uphill": log_fitness_slope > 0}
+        return self.make_results(fitness, records, learned=learned_x[:, :, None])
 
-    def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def fitness(self, x: kit.Numbers) -> kit.Numbers:
         """Return the fitness f(x) for an array `x` of any shape."""
-        return exponentiate(self.slope * x + self.curvature * x * x / 2)
-
-
-@compiled
-def exponential(x: float) -> float:
-    """Compute e to the power x for abs(x) <= 300, with a relative error below 1e-13."""
-    return power_of_ten(x * LOG10_E)
-
-
-def exponentiate(exponents: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return e to the power of each exponent, limited to [-300, 300], for any shape."""
-    values: npt.NDArray[np.float64] = np.clip(exponents, -MAX_EXPONENT, MAX_EXPONENT)
-    _exponentiate_all(values.reshape(-1))
-    return values
-
-
-@jit_entry_point
-def _exponentiate_all(values: Any) -> None:
-    """Replace each value of an array by its exponential."""
-    for index in range(values.size):
-        values[index] = exponential(values[index])
+        return kit.exponentiate(self.slope * x + self.curvature * x * x / 2)

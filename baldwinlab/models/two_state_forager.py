@@ -21,73 +21,59 @@ Ecology 2 (1991).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.models.founders import draw_bits
-from baldwinlab.models.record_means import mean_of_last_generation, mean_of_second_half
+from baldwinlab.models import kit
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
-
-# Generation number of the random numbers for the first states. No lifetime uses this number.
-STATE_GENERATION: Final = 2**32 - 1
-
-States = npt.NDArray[np.int64]
 
 
 class TwoStateForager(Model, name="two-state-forager"):
     """Foragers that prefer one of two resources from birth, or learn which is better."""
 
-    between_persistence: float = Field(
-        0.9,
-        ge=0,
-        le=1,
-        description="Probability that a life begins in the first state of the parent's life.",
+    between_persistence: kit.Share = Field(
+        0.9, description="Probability that a life begins in the first state of the parent's life."
     )
-    within_persistence: float = Field(
-        0.95, ge=0, le=1, description="Probability that a step has the state of the step before."
+    within_persistence: kit.Share = Field(
+        0.95, description="Probability that a step has the state of the step before."
     )
     life_steps: int = Field(10, ge=1, le=10_000, description="Number of steps in a lifetime.")
     learning: bool = Field(
         True, description="Whether agents with the learning allele learn. Otherwise no agent does."
     )
-    cost: float = Field(0.1, ge=0, le=1, description="Cost of learning in a lifetime, in fitness.")
+    cost: kit.Share = Field(0.1, description="Cost of learning in a lifetime, in fitness.")
     shared: bool = Field(
         False, description="Whether all agents of a generation have the same states."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 301, "variation": "bit-flips", "mutation_rate": 0.001},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "learns": Variable.flag("1 if the agent can learn, else 0"),
         "innate_match": Variable.flag("1 if the innate preference is correct at birth, else 0"),
         "innate_error": Variable.share("share of steps with a wrong innate preference"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    innate_trait: ClassVar[str] = "innate_match"
-    learned_distance: ClassVar[str] = "innate_error"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    alleles = kit.BITS
+    innate_trait = "innate_match"
+    learned_distance = "innate_error"
+    lifetime_steps = "life_steps"
+    settings_without_learning = {"learning": False}
+    measures = {
         "learners": Measure(
             "share of agents that can learn in the last generation",
-            mean_of_last_generation("learns"),
+            kit.mean_of_last_generation("learns"),
         ),
-        "innate-match": Measure(
-            "share of agents with a correct innate preference in the second half of the run",
-            mean_of_second_half("innate_match"),
+        **kit.measure_second_halves(
+            {"innate_match": "share of agents with a correct innate preference"}
         ),
     }
 
     @property
-    def steps(self) -> int:
-        return self.life_steps
-
-    @property
-    def assimilation_obstacle(self) -> str:
+    def assimilation_obstacle(self) -> str:  # type: ignore[override]
         if self.between_persistence == 0.5:
             return "The first state of a life does not depend on that of the parent's life."
         return ""
@@ -95,11 +81,11 @@ class TwoStateForager(Model, name="two-state-forager"):
     def n_weights(self) -> int:
         return 2
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_bits(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         can_learn = (genomes[:, :, 0, 0] > 0.5) & self.learning
         preference = (genomes[:, :, 0, 1] > 0.5).astype(np.int64)
@@ -112,22 +98,18 @@ class TwoStateForager(Model, name="two-state-forager"):
         persists = np.broadcast_to(states[:, :, 1:] == states[:, :, :-1], matches[:, :, 1:].shape)
         matches[can_learn, 1:] = persists[can_learn]
         records = {
-            "learns": can_learn.astype(np.int32),
-            "innate_match": innate_matches[:, :, 0].astype(np.int32),
+            "learns": can_learn,
+            "innate_match": innate_matches[:, :, 0],
             "innate_error": 1 - innate_matches.mean(axis=-1, dtype=np.float32),
         }
         # A learner takes the last state in the next step.
         learned_preference = np.where(can_learn, states[:, :, -1], preference)
         learned = genomes[:, :, 0].copy()
         learned[:, :, 1] = learned_preference
-        return LifeResults(
-            energy=1 + matches.mean(axis=-1),
-            cost=np.where(can_learn, self.cost, 0.0),
-            learned=learned,
-            records=records,
-        )
+        cost = np.where(can_learn, self.cost, 0.0)
+        return self.make_results(1 + matches.mean(axis=-1), records, cost=cost, learned=learned)
 
-    def states(self, seed: int, run: int, generation: int, n_agents: int) -> States:
+    def states(self, seed: int, run: int, generation: int, n_agents: int) -> kit.Integers:
         """Return the states of a generation [agent, step], 0 or 1, of one agent if shared.
 
         If they are not shared, 1 is the first state of the parent's life.
@@ -140,11 +122,11 @@ class TwoStateForager(Model, name="two-state-forager"):
             changes[:, 0] = self.first_state(seed, run, generation) == 0
         else:
             changes[:, 0] = draws[:, 0] >= self.between_persistence
-        states: States = (1 + changes.cumsum(axis=1)) % 2
+        states: kit.Integers = (1 + changes.cumsum(axis=1)) % 2
         return states
 
     def first_state(self, seed: int, run: int, generation: int) -> int:
         """Return the shared first state of a generation; it is 1 in generation 0."""
-        draws = uniforms(seed, run, STATE_GENERATION, LIFE, (1, generation + 1))[0, 1:, 0]
+        draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (1, generation + 1))[0, 1:, 0]
         n_changes = int((draws >= self.between_persistence).sum())
         return (1 + n_changes) % 2

@@ -61,32 +61,6 @@ class LifeResults(NamedTuple):
     position: npt.NDArray[np.float32] | None = None
     lifetimes: tuple[LifeResults, ...] = ()
 
-    @classmethod
-    def without_cost(
-        cls,
-        energy: npt.NDArray[np.float64],
-        *,
-        learned: npt.NDArray[np.float32] | None,
-        records: Mapping[str, npt.NDArray[Any]],
-    ) -> Self:
-        """Return the results of lifetimes in which learning has no cost.
-
-        Parameters
-        ----------
-        energy : array, float64 [run, agent]
-            Energy gained, or payoff.
-        learned : array, float32 [run, agent, weight], or None
-            First module at death. None if it is not needed.
-        records : Mapping[str, array]
-            Further recorded variables by name, each [run, agent].
-
-        Returns
-        -------
-        LifeResults
-            The results, with a cost of 0.
-        """
-        return cls(energy, np.zeros_like(energy), learned, records)
-
 
 class Model(Part):
     """Model: founders, lifetimes and payoffs that replace those of MiniWorld.
@@ -130,6 +104,10 @@ class Model(Part):
         Name of the record with the number of steps or trials until an agent has learned, or "".
     learning_amount : str
         Name of the setting with the learning rate, the step or the number of trials, or "".
+    lifetime_steps : str
+        Name of the setting with the number of steps of a lifetime, or "" for one step.
+    assimilation_obstacle : str
+        Sentence that states why learned behavior cannot become innate, or "".
     settings_without_learning : Mapping[str, Any]
         Values of settings with which agents do not learn, for example `{"trials": 0}`. Empty for a
         model without learning, and for a model that overrides `learns` and `without_learning`.
@@ -152,12 +130,9 @@ class Model(Part):
     learned_distance: ClassVar[str] = ""
     learning_time: ClassVar[str] = ""
     learning_amount: ClassVar[str] = ""
+    lifetime_steps: ClassVar[str] = ""
+    assimilation_obstacle: ClassVar[str] = ""
     settings_without_learning: ClassVar[Mapping[str, Any]] = {}
-
-    @property
-    def assimilation_obstacle(self) -> str:
-        """Sentence that states why learned behavior cannot become innate, or ""."""
-        return ""
 
     @property
     def learns(self) -> bool:
@@ -168,8 +143,8 @@ class Model(Part):
 
     @property
     def steps(self) -> int:
-        """Number of steps of a lifetime."""
-        return 1
+        """Number of steps of a lifetime, at least 1."""
+        return max(1, getattr(self, self.lifetime_steps)) if self.lifetime_steps else 1
 
     def all_shares(self) -> dict[str, Measure]:
         """Return `shares`, and the recorded shares as means over agents."""
@@ -242,6 +217,41 @@ class Model(Part):
             Payoff, cost of learning, learned weights and records of all agents.
         """
         raise NotImplementedError
+
+    def make_results(
+        self,
+        energy: npt.NDArray[np.float64],
+        records: Mapping[str, Any],
+        *,
+        cost: npt.NDArray[np.float64] | None = None,
+        learned: npt.NDArray[Any] | None = None,
+    ) -> LifeResults:
+        """Return the results of lifetimes, with copies of the records in their declared types.
+
+        Parameters
+        ----------
+        energy : array, float64 [run, agent]
+            Energy gained, or payoff.
+        records : Mapping[str, array]
+            Recorded variables by name, each [run, agent].
+        cost : array, float64 [run, agent], optional
+            Cost of learning. 0 by default.
+        learned : array [run, agent, weight], optional
+            First module at death, if it is needed.
+
+        Returns
+        -------
+        LifeResults
+            The results.
+        """
+        return LifeResults(
+            energy=energy,
+            cost=np.zeros_like(energy) if cost is None else cost,
+            learned=None if learned is None else learned.astype(np.float32),
+            records={
+                name: np.array(values, self.records[name].dtype) for name, values in records.items()
+            },
+        )
 
 
 def _mean_of(name: str) -> Callable[[xr.Dataset], xr.DataArray]:

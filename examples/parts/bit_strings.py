@@ -11,7 +11,7 @@ Source: G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Compl
 
 import numpy as np
 
-from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Model, Variable, Variation, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, Field, Model, Variable, Variation, uniforms
 
 
 class BitStrings(Model, name="bit-strings"):
@@ -27,7 +27,7 @@ class BitStrings(Model, name="bit-strings"):
     }
     records = {"unknown": Variable.integer("loci", "number of loci with ? at birth")}
     settings_without_learning = {"guessing": False}
-    steps = property(lambda self: self.guesses)
+    lifetime_steps = "guesses"
 
     def n_weights(self):
         return self.loci
@@ -52,9 +52,7 @@ class BitStrings(Model, name="bit-strings"):
         succeeded = can_succeed & (used <= self.guesses)
         payoff = np.where(succeeded, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults.without_cost(
-            payoff, learned=learned, records={"unknown": unknown.astype(np.int32)}
-        )
+        return self.make_results(payoff, {"unknown": unknown}, learned=learned)
 
     def oracle(self, genome, luck):
         """Return the payoff of one string. A small `luck`, in (0, 1), means many wrong guesses."""

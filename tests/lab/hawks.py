@@ -47,7 +47,7 @@ class Hawks(Model, name="hawks-and-doves"):
         dove = (genomes[:, :, 0, 0] <= 0.5).astype(int)
         frequencies = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
         energy = (PAYOFFS[dove] * frequencies[:, None]).sum(axis=-1)
-        return LifeResults.without_cost(energy, learned=None, records={})
+        return self.make_results(energy, {})
 
 
 class Debt(Fitness, name="debt"):

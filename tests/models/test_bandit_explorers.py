@@ -12,11 +12,10 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.bandit_exploration import Bandit, compute_payoff
-from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.bandit_explorers import BanditExplorers
 from baldwinlab.parts import LIFE, uniforms
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 CONDITIONS = ["uncertain", "certain", "noisy", "short-lives", "in-between"]
 
@@ -89,13 +88,6 @@ def test_single_pulls_have_the_mean_payoff_of_the_closed_form() -> None:
     assert abs(payoffs.mean() - model.expected_payoffs[3]) < 4 * error
 
 
-def test_founders_explore_uniformly() -> None:
-    experiment = assign(bl.load("uncertain"), ["population.size=5000"])
-    pulls = draw_genomes(experiment, GenerationKey(0, 0, 0))[:, 0, 0]
-    assert pulls.min() >= 0 and pulls.max() < 10
-    assert abs(pulls.mean() - 5) < 4 * 10 / np.sqrt(12 * 5000)
-
-
 def make_runs(explored: list[list[int]]) -> xr.Dataset:
     """Return runs with two generations: the last has the given numbers of pulls [run, agent]."""
     last = np.array(explored, np.int32)
@@ -119,5 +111,5 @@ def test_measures_compare_the_last_generation_with_the_best_choice() -> None:
 def test_evolution_learns_or_hard_codes() -> None:
     for name, low, high in (("uncertain", 0.9, 1.0), ("certain", 0.0, 0.1)):
         experiment = assign(bl.load(name), ["evolution.generations=21"])
-        for history in simulate_histories(experiment, 1, range(2)):
-            assert low <= history.recorded_values("explores")[-1].mean() <= high
+        shares = simulate_runs(experiment, 1, 2)["explores"].values[:, -1].mean(axis=1)
+        assert (low <= shares).all() and (shares <= high).all()

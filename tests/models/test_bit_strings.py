@@ -14,7 +14,8 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign, registry, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
-from baldwinlab.parts import load_file
+from baldwinlab.models.hinton_nowlan import HintonNowlan
+from baldwinlab.parts import LIFE, load_file
 from baldwinlab.simulation.simulate import simulate_histories
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
@@ -35,11 +36,6 @@ def make_model(**fields: Any) -> Any:
     return registry.find_class("model", "bit-strings")(**fields)
 
 
-def simulate_strings(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
-    genomes = np.array(strings * times, np.float32)[None, :, None]
-    return make_model(loci=len(strings[0]), **fields).simulate(7, [0], 0, genomes)
-
-
 def make_small_experiment() -> Any:
     return validate(
         {
@@ -51,43 +47,21 @@ def make_small_experiment() -> Any:
     )
 
 
-def test_a_correct_string_needs_one_guess() -> None:
-    assert simulate_strings([[RIGHT] * 20]).energy == 1 + 19 * 999 / 1000
-
-
-def test_a_string_with_a_wrong_allele_gains_nothing() -> None:
-    assert (simulate_strings([[WRONG] + [UNKNOWN] * 3, [WRONG] + [RIGHT] * 3]).energy == 1).all()
-
-
-def test_the_number_of_guesses_follows_a_geometric_distribution() -> None:
-    """The mean fitness is w = 1 + 19 (1 - (1 - (1-p)^L) / (p L)).
-
-    Here p = 2^-q with q unknown alleles (5 and 10), and L = 1000 guesses.
-    """
-    for unknown, expected in ((5, 19.392), (10, 7.868)):
-        payoff = simulate_strings([[UNKNOWN] * unknown], times=20_000).energy
-        assert abs(payoff.mean() - expected) < 4 * payoff.std() / np.sqrt(payoff.size)
-
-
-def test_without_guessing_only_correct_strings_gain() -> None:
-    strings = [[RIGHT] * 4, [RIGHT] * 3 + [UNKNOWN], [UNKNOWN] * 4]
-    learner = make_model(loci=4)
-    assert learner.learns and not learner.without_learning().learns
-    genomes = np.array(strings, np.float32)[None, :, None]
-    assert learner.without_learning().simulate(7, [0], 0, genomes).energy.tolist() == [
-        [1 + 19 * 999 / 1000, 1, 1]
-    ]
-
-
-def test_the_learned_alleles_are_the_guessed_alleles() -> None:
-    results = simulate_strings([[RIGHT, UNKNOWN, UNKNOWN], [WRONG, UNKNOWN, UNKNOWN]])
-    assert results.learned.tolist() == [[[1, 1, 1], [0, 0.5, 0.5]]]
-    assert results.records["unknown"].tolist() == [[2, 2]]
+@pytest.mark.parametrize("guessing", [True, False])
+def test_a_lifetime_equals_that_of_the_built_in_model(guessing: bool) -> None:
+    """The model of `hinton_nowlan.py` is compared with exact theory."""
+    alleles = np.array([WRONG, UNKNOWN, *[RIGHT] * 6], np.float32)
+    genomes = np.random.default_rng(1).choice(alleles, (2, 400, 1, 6))
+    example = make_model(loci=6, guesses=40, guessing=guessing)
+    built_in = HintonNowlan(loci=6, trials=40, guessing=guessing)
+    results, expected = (model.simulate(7, [0, 4], 3, genomes) for model in (example, built_in))
+    np.testing.assert_array_equal(results.energy, expected.energy)
+    np.testing.assert_array_equal(results.learned, expected.learned)
+    np.testing.assert_allclose(results.records["unknown"] / 6, expected.records["unset"])
+    assert len(np.unique(results.energy)) > (2 if guessing else 1)
 
 
 def test_the_energy_agrees_with_the_plain_oracle() -> None:
-    from baldwinlab.parts import LIFE
-
     learner = make_model(loci=6, guesses=40)
     for guesser in (learner, learner.without_learning()):
         genomes = learner.founders(200, GenerationKey(3, 5, 0))

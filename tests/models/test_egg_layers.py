@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.egg_layers import EggLayers
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 from tests.oracles.theory.gain import selection_gain
 from tests.oracles.theory.medium_preference import choice_share, predict_preferences
 
@@ -93,12 +92,8 @@ def test_evolution_follows_the_recursion_of_an_infinite_population(condition: st
         experiment.evolution.generations,
         lambda x: model.learn(choice_share(x))[0],
     )
-    preferences = np.stack(
-        [
-            history.recorded_values("preference")
-            for history in simulate_histories(experiment, 3, range(8))
-        ]
-    ).astype(np.float64)
+    runs = simulate_runs(experiment, 3, 8)
+    preferences = runs["preference"].values.astype(np.float64)
     means = preferences.mean(axis=2)
     error = means.std(axis=0, ddof=1) / np.sqrt(8)
     assert (np.abs(means.mean(axis=0) - predicted.mean) < 4.5 * error).all()
@@ -125,11 +120,3 @@ def test_one_generation_of_a_large_population_has_the_response_of_the_law() -> N
     # The segregation draws are the same; only the rounding of offspring numbers differs.
     assert with_learning - without == pytest.approx(expected, abs=4e-4)
     assert expected > 0.005
-
-
-@pytest.mark.parametrize("condition", CONDITIONS)
-def test_the_control_of_a_condition_is_its_counterpart_on_the_same_medium(condition: str) -> None:
-    flies, medium = condition.split("/")
-    model: Any = bl.load(condition).model_part
-    assert model.learns == (flies == "learning-flies")
-    assert model.without_learning() == bl.load(f"innate-flies/{medium}").model_part

@@ -40,7 +40,6 @@ def test_a_run_is_bit_identical_in_a_batch(model: str) -> None:
         assert dataset.equals(bl.simulate(experiment, seed=4, run=run))
 
 
-POLES_WITHOUT_VELOCITIES = "stanley-miikkulainen-2002:poles-without-velocities"
 # An experiment, a change of its settings and the beginning of the error.
 REFUSALS = [
     (
@@ -82,24 +81,7 @@ REFUSALS = [
         *("guessing", "evolution.variation=one-point-of-units"),
         r"variation = 'one-point-of-units' is only for the model 'cue-learners'",
     ),
-    ("learning-flies/orange", "egg_layers.learning_shift=-1", r"egg_layers\.learning_shift"),
     ("meta-pavlov", "population.size=1", r"population\.size = 1 must be at least 2"),
-    (
-        *("moving-needle", "moving_needle.period=-1"),
-        r"^moving_needle\.period = -1: input should be greater than or equal to 0",
-    ),
-    (
-        *("moving-optimum", "moving_optimum.learned_share=1.5"),
-        r"^moving_optimum\.learned_share = 1\.5: input should be less than or equal to 1",
-    ),
-    (
-        *("neat-poles", "neat_poles.max_links=6"),
-        r"^neat_poles\.max_links = 6: input should be greater than or equal to 7",
-    ),
-    (
-        *("neat-xor", "neat_xor.max_links=2"),
-        r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",
-    ),
     *(
         (
             *(model, "evolution.variation=bit-flips"),
@@ -111,18 +93,9 @@ REFUSALS = [
         ("nk-climbers", f"evolution.fitness={fitness}", f"fitness = '{fitness}' reads positions")
         for fitness in ("distance", "early-food", "novelty")
     ),
-    ("plastic-norms", "linear_norms.peak_width=0", r"linear_norms\.peak_width"),
-    (
-        *(POLES_WITHOUT_VELOCITIES, "neat_poles_without_velocities.endurance_steps=0"),
-        r"^neat_poles_without_velocities\.endurance_steps = 0",
-    ),
     (
         *("stepping/convex", "slope_climbers.curvature=0"),
         r"slope_climbers\.slope and slope_climbers\.curvature are both 0: there is no slope",
-    ),
-    (
-        *("two-state-forager", "two_state_forager.within_persistence=2"),
-        r"^two_state_forager\.within_persistence = 2: input should be less",
     ),
 ]
 

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import Experiment, assign
-from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
+from baldwinlab.experiment import assign
+from baldwinlab.models.discrete_variation import OnePointOfAlleles
+from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.parts.variation import Mating
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 from tests.oracles.models import evaluate_hinton_nowlan
 from tests.oracles.variation import breed_one_point_of_alleles
 
@@ -101,15 +101,14 @@ def test_learned_alleles_are_correct_and_shares_of_alleles_add_up() -> None:
     )
 
 
-def test_founders_have_one_half_unset_alleles_and_equal_shares_of_0_and_1() -> None:
+def test_loci_of_founders_are_independent() -> None:
+    """The share of founders without a 0 is a power of the share of one locus."""
     genomes = np.concatenate(
         [draw_genomes(bl.load("guessing"), GenerationKey(0, run, 0)) for run in range(40)]
     )
-    shares = [float((genomes == allele).mean()) for allele in (0, 0.5, 1)]
-    assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
-    able = (genomes[:, 0] != 0).all(axis=-1)
-    expected = 0.75**LOCI * len(able)
-    assert abs(able.sum() - expected) < 4 * np.sqrt(expected), "agents without a 0 can learn"
+    can_learn = (genomes[:, 0] != 0).all(axis=-1)
+    expected = 0.75**LOCI * len(can_learn)
+    assert abs(can_learn.sum() - expected) < 4 * np.sqrt(expected)
 
 
 def exact_step(shares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -171,39 +170,24 @@ def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> Non
 
 
 def test_only_agents_that_guess_find_the_needle_and_wrong_alleles_vanish() -> None:
-    guessing, all_set = (
-        [_measured(history) for history in simulate_histories(bl.load(name), 0, range(4))]
-        for name in ("guessing", "all-set")
-    )
-    assert all(
-        measured["taken-off"] == 1 and measured["zeros"] < 0.005 and measured["fall"] > 0
-        for measured in guessing
-    )
-    assert sum(measured["hit"] for measured in all_set) <= 1
+    guessing, all_set = (measure(bl.load(name), 4) for name in ("guessing", "all-set"))
+    assert (guessing["taken-off"] == 1).all()
+    assert (guessing["zeros"] < 0.005).all()
+    assert (guessing["fall"] > 0).all()
+    assert all_set["hit"].sum() <= 1
 
 
-def _measured(history: Any) -> dict[str, float]:
-    names = ("ones", "unset", "zeros", "succeeded")
-    run = xr.Dataset(
-        {
-            name: (("run", "generation", "agent"), history.recorded_values(name)[None])
-            for name in names
-        }
-    )
-    return {name: float(measure.of(run).item()) for name, measure in HintonNowlan.measures.items()}
+def measure(experiment: Any, n_runs: int) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the measures of an experiment by run."""
+    runs = simulate_runs(experiment, 0, n_runs)
+    return {name: measure.of(runs).values for name, measure in HintonNowlan.measures.items()}
 
 
 def test_a_run_that_never_takes_off_has_no_take_off() -> None:
-    experiment: Experiment = assign(
-        bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"]
-    )
-    (history,) = simulate_histories(experiment, 0, [0])
-    measured = _measured(history)
-    assert (
-        np.isnan(measured["take-off"])
-        and np.isnan(measured["unset-at-take-off"])
-        and measured["taken-off"] == 0
-    )
+    small = ["evolution.generations=3", "population.size=20"]
+    measured = measure(assign(bl.load("never-guessing"), small), 1)
+    assert np.isnan([measured["take-off"], measured["unset-at-take-off"]]).all()
+    assert measured["taken-off"] == 0
 
 
 @pytest.mark.parametrize(

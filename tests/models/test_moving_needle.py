@@ -115,15 +115,6 @@ def test_a_lifetime_equals_the_lifetime_of_the_string_relative_to_the_target(
         ), "agents that succeed have the correct alleles at death"
 
 
-def test_a_generation_is_simulated_without_the_generations_before() -> None:
-    genomes = np.full((2, 5, 1, 20), 0.5, np.float32)
-    both = MovingNeedle(period=3).simulate(1, [4, 9], 17, genomes)
-    single = MovingNeedle(period=3).simulate(1, [9], 17, genomes[:1])
-    np.testing.assert_array_equal(both.energy[1], single.energy[0])
-    assert both.learned is not None and single.learned is not None
-    np.testing.assert_array_equal(both.learned[1], single.learned[0])
-
-
 def test_measures_use_the_second_half_of_the_generations() -> None:
     run = bl.simulate(assign(bl.load("moving-needle"), SMALL), seed=1).expand_dims("run")
     assert MovingNeedle.measures["unset"].of(run).item() == pytest.approx(

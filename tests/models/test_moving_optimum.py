@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.moving_optimum import (
@@ -20,7 +19,7 @@ from baldwinlab.analysis.theory.moving_optimum import (
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.moving_optimum import MovingOptimum
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 REGIMES: dict[str, list[str]] = {
     "fixed": ["evolution.variation=infinitesimal", "evolution.mutation_size=0.3"],
@@ -34,18 +33,7 @@ def make_experiment(*changes: str, regime: str = "each birth") -> Any:
 
 def measure(experiment: Any, seed: int, n_runs: int = 1) -> dict[str, float]:
     """Return the measures of an experiment, as means over runs."""
-    runs = xr.concat(
-        [
-            xr.Dataset(
-                {
-                    name: (("generation", "agent"), history.recorded_values(name))
-                    for name in MovingOptimum.records
-                }
-            )
-            for history in simulate_histories(experiment, seed, range(n_runs))
-        ],
-        "run",
-    )
+    runs = simulate_runs(experiment, seed, n_runs)
     return {
         name: float(measure.of(runs).mean().item())
         for name, measure in MovingOptimum.measures.items()
@@ -92,13 +80,6 @@ def test_without_learning_an_agent_has_its_x_at_death() -> None:
     assert (results.records["learned_distance"] == 0).all()
     assert model.learns
     assert not model.without_learning().learns and not MovingOptimum(learned_share=0).learns
-
-
-def test_founders_are_normal_around_0() -> None:
-    experiment = make_experiment("population.size=20000", "moving_optimum.initial_std=0.4")
-    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    assert abs(founders.mean()) < 4 * 0.4 / np.sqrt(founders.size)
-    assert founders.std() == pytest.approx(0.4, rel=4 / np.sqrt(2 * founders.size))
 
 
 @pytest.mark.parametrize("regime", REGIMES)

@@ -11,6 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
+from baldwinlab.models.kit import read_bits
 from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
 
@@ -92,7 +93,7 @@ def test_a_lifetime_agrees_with_plain_python(correlation: float) -> None:
     model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02, correlation=correlation)
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0], 3, newborns)
-    numbers = model.numbers(newborns[0])
+    numbers = read_bits(newborns[0])
     starts = model.start_learning(7, 0, numbers)
     assert results.learned is not None
     for agent in range(40):
@@ -117,7 +118,7 @@ def start_bits(correlation: float) -> npt.NDArray[np.int64]:
     """Return the bits at the start of learning [agent, bit], for 200 random genomes."""
     model = NKClimbers(correlation=correlation)
     genomes = np.random.default_rng(4).integers(0, 2, (200, 1, 16)).astype(np.float32)
-    strings = model.start_learning(7, 0, model.numbers(genomes))
+    strings = model.start_learning(7, 0, read_bits(genomes))
     return (strings[:, None] >> np.arange(16)) & 1
 
 
@@ -176,7 +177,7 @@ def test_the_view_of_a_climb_has_each_trial_from_birth_to_death() -> None:
         assert isinstance(view, PathView)
         line, average, best = view.lines.values()
         assert (line[0], line[-1]) == (
-            landscape(7, 0, 8, 3)[model.numbers(newborns[0])][agent],
+            landscape(7, 0, 8, 3)[read_bits(newborns[0])][agent],
             results.energy[0, agent],
         )
         assert len(line) == 7 and (np.diff(line) >= 0).all() and (best >= line).all()

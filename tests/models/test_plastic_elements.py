@@ -108,16 +108,6 @@ def test_learning_has_no_effect_once_all_elements_are_innate_or_wrong() -> None:
     assert (on.energy == off.energy).all() and on.energy.std() > 0
 
 
-def test_founders_are_plastic_or_have_the_chosen_shares() -> None:
-    key = GenerationKey(0, 0, 0)
-    experiment = bl.load("equal")
-    assert (draw_genomes(experiment, key) == 0.5).all()
-    mixed = assign(experiment, ["plastic_elements.initial_unset_share=0.5", "population.size=5000"])
-    genomes = draw_genomes(mixed, key)
-    shares = [float((genomes == allele).mean()) for allele in (0, 0.5, 1)]
-    assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
-
-
 def measure_differences(name: str, n_agents: int, generations: int) -> npt.NDArray[np.float64]:
     """Return the shares of alleles [allele, element] minus those of an infinite population."""
     changes = [

@@ -18,8 +18,9 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
 from baldwinlab.experiment import assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.models.slope_climbers import SlopeClimbers, exponential
-from baldwinlab.simulation.simulate import simulate_histories
+from baldwinlab.models.kit import exponential
+from baldwinlab.models.slope_climbers import SlopeClimbers
+from tests.models.runs import simulate_runs
 from tests.oracles.theory.gain import selection_gain
 
 Numbers = npt.NDArray[np.float64]
@@ -74,7 +75,7 @@ def test_random_selection_follows_the_law_on_average() -> None:
 
 def test_parents_on_an_exponential_slope_are_equal_with_and_without_learning() -> None:
     values = [
-        simulate_histories(bl.load(f"{name}/exponential"), 3, [0])[0].recorded_values("innate_x")
+        simulate_runs(bl.load(f"{name}/exponential"), 3)["innate_x"].values
         for name in ("stepping", "not-stepping")
     ]
     assert (values[0] == values[1]).all()
@@ -129,13 +130,8 @@ def test_several_generations_follow_the_recursion() -> None:
             mean, variance = gaussian_step(
                 mean, variance, slope, experiment.evolution.mutation_size
             )
-        histories = simulate_histories(experiment, 2, range(8))
-        means = np.array(
-            [
-                history.recorded_values("innate_x")[-1].mean(dtype=np.float64)
-                for history in histories
-            ]
-        )
+        innate_x = simulate_runs(experiment, 2, 8)["innate_x"].values[:, -1]
+        means = innate_x.mean(axis=1, dtype=np.float64)
         assert abs(means.mean() - mean) < 4 * means.std(ddof=1) / np.sqrt(len(means))
 
 

@@ -10,11 +10,11 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
-from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
-from baldwinlab.models.two_state_forager import STATE_GENERATION, TwoStateForager
+from baldwinlab.models.kit import ENVIRONMENT_GENERATION
+from baldwinlab.models.two_state_forager import TwoStateForager
 from baldwinlab.parts import LIFE, uniforms
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 GENOTYPES = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
 
@@ -57,7 +57,7 @@ def test_a_lifetime_agrees_with_plain_python(shared: bool, learning: bool) -> No
     assert results.learned is not None
     draws = uniforms(7, 3, 5, LIFE, (40, 6))[:, :, 0]
     state = 1
-    for draw in uniforms(7, 3, STATE_GENERATION, LIFE, (1, 6))[0, 1:, 0]:
+    for draw in uniforms(7, 3, ENVIRONMENT_GENERATION, LIFE, (1, 6))[0, 1:, 0]:
         state = state if draw < 0.4 else 1 - state
     for agent in range(40):
         agent_draws = draws[0 if shared else agent]
@@ -107,13 +107,6 @@ def test_all_agents_of_a_generation_meet_shared_states() -> None:
     assert (single.energy[0] == results.energy[1]).all()
 
 
-def test_founders_have_both_alleles_in_equal_shares() -> None:
-    experiment = assign(bl.load("two-state-forager"), ["population.size=10000"])
-    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    assert set(np.unique(founders)) == {0, 1}
-    assert abs(founders.mean(axis=(0, 1)) - 0.5).max() < 4 * 0.5 / np.sqrt(10_000)
-
-
 def evolve_learners(between: float, within: float, excess: float) -> float:
     """Return the last share of learners, at a cost above the threshold by `excess`."""
     cost = cost_threshold(between, within, 10) + excess
@@ -124,8 +117,7 @@ def evolve_learners(between: float, within: float, excess: float) -> float:
     }
     changes = [f"two_state_forager.{name}={value}" for name, value in settings.items()]
     experiment = assign(bl.load("two-state-forager"), [*changes, "evolution.generations=201"])
-    histories = simulate_histories(experiment, 2, range(2))
-    return float(np.mean([history.recorded_values("learns")[-1].mean() for history in histories]))
+    return float(simulate_runs(experiment, 2, 2)["learns"].values[:, -1].mean())
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.9, 0.95), (0.5, 0.8)])
@@ -134,13 +126,6 @@ def test_learning_evolves_below_the_threshold_of_its_cost_and_not_above(
 ) -> None:
     assert evolve_learners(between, within, -0.03) > 0.8
     assert evolve_learners(between, within, 0.03) < 0.2
-
-
-def test_without_learning_no_agent_has_the_cost() -> None:
-    model = TwoStateForager(cost=0.5)
-    results = model.without_learning().simulate(1, [0], 0, make_genomes(40))
-    assert model.learns and not model.without_learning().learns
-    assert (results.cost == 0).all() and (results.records["learns"] == 0).all()
 
 
 def test_only_an_unpredictable_first_state_makes_assimilation_impossible() -> None:

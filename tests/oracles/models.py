@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from baldwinlab.models.founders import UNSET_ALLELE
 from baldwinlab.models.hinton_nowlan import MAX_GAIN
+from baldwinlab.models.kit import UNSET_ALLELE
 from baldwinlab.models.plastic_prisoners.strategies import PAIRS
 
 

@@ -35,11 +35,10 @@ from baldwinlab.evolution.stop import Fixation, Stagnation, TargetFitness
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.evolution.variation_operators import Copy, Gaussian, GenePool, OnePointCrossover
 from baldwinlab.models.cell_foragers.variation import FewMutations
-from baldwinlab.models.cue_learners.variation import OnePointOfUnits
+from baldwinlab.models.cue_learners.genes import OnePointOfUnits
 from baldwinlab.models.digit_readers.variation import FourBitWeights
-from baldwinlab.models.hinton_nowlan import OnePointOfAlleles
+from baldwinlab.models.discrete_variation import BitFlips, OnePointOfAlleles, OnePointOfBits
 from baldwinlab.models.lattice_walkers.breeding import LatticeSteps, MutantFixation
-from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood
 from baldwinlab.models.miniworld.bodies.kinematic import Continuous, Grid, Stay
 from baldwinlab.models.miniworld.bodies.walker import Walker
@@ -65,7 +64,6 @@ from baldwinlab.models.miniworld.senses.food_rays import FoodRays
 from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
 from baldwinlab.models.miniworld.senses.sight import Sight
 from baldwinlab.models.miniworld.senses.species_sight import SpeciesInSight, SpeciesNearness
-from baldwinlab.models.nk_climbers import BitFlips
 from tests.oracles import (
     bodies,
     fitness,

@@ -7,7 +7,7 @@ from statistics import NormalDist
 from typing import Any
 
 from baldwinlab.models.digit_readers.variation import BITS_PER_WEIGHT
-from baldwinlab.models.founders import UNSET_ALLELE
+from baldwinlab.models.kit import UNSET_ALLELE
 from baldwinlab.parts.breeding import ITSELF
 
 

@@ -22,7 +22,7 @@ MEASURE = """
             lambda runs: runs["unknown"].isel(generation=-1).mean("agent"),
         )
     }
-    steps = property"""
+    lifetime_steps = """
 PAPER = """
 name = "strings"
 title = "On strings"
@@ -73,7 +73,7 @@ def part(tmp_path: Path) -> Path:
     text = EXAMPLE.read_text().replace(
         "import FOUNDER, LIFE, Field", "import FOUNDER, LIFE, Measure, Field"
     )
-    (tmp_path / "strings.py").write_text(text.replace("\n    steps = property", MEASURE))
+    (tmp_path / "strings.py").write_text(text.replace("\n    lifetime_steps = ", MEASURE))
     return tmp_path / "strings.py"
 
 

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
-from baldwinlab.models.cell_foragers.lifetimes import (
-    INHERITED_TEACHER,
-    NEXT_SENSATION,
-    NO_TARGET,
-    NOISE,
-    ForagingResults,
-    ForagingSettings,
-    Scratch,
-    simulate_lifetimes,
-)
-from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
+from baldwinlab.models import kit
+from baldwinlab.models.cell_foragers import grid, lifetimes, network
 from baldwinlab.models.grid_frames import make_foraging_frames
-from baldwinlab.models.record_means import mean_at
-from baldwinlab.parts import FOUNDER, Field, GridView, LifeResults, Measure, Model, Variable, View
+from baldwinlab.parts import Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
-    "none": NO_TARGET,
-    "auto-teaching": INHERITED_TEACHER,
-    "prediction": NEXT_SENSATION,
-    "random-targets": NOISE,
+    "none": lifetimes.NO_TARGET,
+    "auto-teaching": lifetimes.INHERITED_TEACHER,
+    "prediction": lifetimes.NEXT_SENSATION,
+    "random-targets": lifetimes.NOISE,
 }
 # Number of equal periods of a lifetime. The gain compares the last period with the first period.
 N_PERIODS: Final = 6
@@ -39,9 +27,7 @@ N_ADDITIONAL_OUTPUTS: Final = 2
 MAX_SHOWN_MOVES: Final = 20_000
 
 
-def _view_lifetime(
-    model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> GridView:
+def _view_lifetime(model: CellForagers, key: Any, genomes: kit.Genomes, agent: int) -> GridView:
     """Return the moves of an agent in its first environments."""
     max_environments = max(1, MAX_SHOWN_MOVES // model.steps_per_environment)
     environments = min(model.environments, max_environments)
@@ -54,7 +40,7 @@ def _view_lifetime(
         environments=environments,
         n_recorded=environments,
     )
-    return make_foraging_frames(GRID_SIZE, results.food, results.track, "environment")
+    return make_foraging_frames(grid.GRID_SIZE, results.food, results.track, "environment")
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -82,7 +68,7 @@ class CellForagers(Model, name="cell-foragers"):
         50, ge=1, le=10_000, description="Number of steps per environment."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 51,
@@ -92,15 +78,15 @@ class CellForagers(Model, name="cell-foragers"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food eaten per environment"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_rate": 0.0}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "food eaten per environment"
+    learning_amount = "learning_rate"
+    settings_without_learning = {"learning_rate": 0.0}
+    records = {
         "gain": Variable.quantity(
             "items", "food per environment in the last sixth of life minus that in the first"
         ),
     }
-    views: ClassVar[Mapping[str, View]] = {
+    views = {
         "life": View(
             (
                 "An agent and its food, step by step. Eaten food disappears. Each "
@@ -109,17 +95,17 @@ class CellForagers(Model, name="cell-foragers"):
             _view_lifetime,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         **{
             f"gain-{generation}": Measure(
                 f"gain within life in generation {generation}, items an environment",
-                mean_at("gain", generation),
+                kit.mean_at("gain", generation),
             )
             for generation in (0, 10, 20, 50)
         },
         "gain-falls": Measure(
             "gain within life in generation 10 minus that in generation 50",
-            lambda runs: mean_at("gain", 10)(runs) - mean_at("gain", 50)(runs),
+            lambda runs: kit.mean_at("gain", 10)(runs) - kit.mean_at("gain", 50)(runs),
         ),
     }
 
@@ -139,20 +125,19 @@ class CellForagers(Model, name="cell-foragers"):
     def outputs(self) -> int:
         """Return the number of outputs: two for the action, and two for additional targets."""
         has_additional_outputs = self.learning in ("prediction", "random-targets")
-        return N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
+        return network.N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
 
     def n_weights(self) -> int:
-        return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
+        return (network.N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         n_modules = len(self.modules)
-        # [agent, weight of all modules]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, n_modules * self.n_weights()))[:, :, 0]
-        weights: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        draws = kit.draw_founder_numbers(key, agents, n_modules * self.n_weights())
+        weights: kit.Genomes = (2 * draws - 1).astype(np.float32)
         return weights.reshape(agents, n_modules, -1)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         results = self.forage(
             seed,
@@ -170,50 +155,49 @@ class CellForagers(Model, name="cell-foragers"):
         mean_eaten_first = eaten[..., :n_compared].mean(axis=-1)
         gain = mean_eaten_last - mean_eaten_first
         fitness = eaten.sum(axis=-1) / self.environments
-        records = {"gain": gain.astype(np.float32)}
-        return LifeResults.without_cost(fitness, learned=results.learned, records=records)
+        return self.make_results(fitness, {"gain": gain}, learned=results.learned)
 
     def forage(
         self,
         seed: int,
         runs: Sequence[int],
         generation: int,
-        genomes: npt.NDArray[np.float32],
+        genomes: kit.Genomes,
         *,
         first_agent: int,
         environments: int,
         n_recorded: int,
-    ) -> ForagingResults:
+    ) -> lifetimes.ForagingResults:
         """Simulate environments of the agents from number `first_agent` on."""
-        n_units = N_INPUTS + self.hidden_units + self.outputs
-        target = TARGET_OF_LEARNING[self.learning] if self.learns else NO_TARGET
-        settings = ForagingSettings(
+        n_units = network.N_INPUTS + self.hidden_units + self.outputs
+        target = TARGET_OF_LEARNING[self.learning] if self.learns else lifetimes.NO_TARGET
+        settings = lifetimes.ForagingSettings(
             seed=seed,
             generation=generation,
             first_agent=first_agent,
             target=target,
-            layers=Layers(
+            layers=network.Layers(
                 hidden=self.hidden_units,
                 outputs=self.outputs,
                 rate=np.float32(self.learning_rate),
             ),
         )
-        scratch = Scratch(
-            food=poison.empty(N_FOOD_ITEMS, np.int64),
-            units=Activations(
+        scratch = lifetimes.Scratch(
+            food=poison.empty(grid.N_FOOD_ITEMS, np.int64),
+            units=network.Activations(
                 values=poison.empty(n_units, np.float32),
                 teacher=poison.empty(n_units, np.float32),
                 targets=poison.empty(N_ADDITIONAL_OUTPUTS, np.float32),
             ),
         )
         n_runs, n_agents = genomes.shape[:2]
-        results = ForagingResults(
+        results = lifetimes.ForagingResults(
             learned=genomes[:, :, 0].copy(),
             eaten=poison.empty((n_runs, n_agents, environments), np.int32),
-            food=poison.empty((n_recorded, N_FOOD_ITEMS), np.int64),
+            food=poison.empty((n_recorded, grid.N_FOOD_ITEMS), np.int64),
             track=poison.empty((n_recorded, self.steps_per_environment, 2), np.int64),
         )
         # The last module. Without a teaching module, it is the action module and is not used.
         teaching = np.ascontiguousarray(genomes[:, :, -1])
-        simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
+        lifetimes.simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
         return results

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ class FewMutations(Variation, name="few-mutations"):
         le=1000,
         description="Number of weights of a child that mutate, drawn with replacement.",
     )
-    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
+    reads = ("mutation_size",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:

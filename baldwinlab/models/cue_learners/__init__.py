@@ -15,8 +15,8 @@ two ends, within [-1, 1]. Therefore, a fixed link from smell can train a Hebbian
 The idea, the patches and the few units follow Todd and Miller 1991, the rule follows Hebb 1949. The
 constants of the paper are not known, so the constants here are our choice.
 
-`model` has the settings and records, `genes` the alleles, `lifetimes` the items and the networks,
-and `variation` the reproduction.
+`model` has the settings and records, `genes` the alleles and the reproduction, and `lifetimes` the
+items and the networks.
 
 References
 ----------

@@ -9,11 +9,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import HALF, ONE, ZERO
-from baldwinlab.parts import (
-    LIFE,
-    philox,
-    unit,
-)
+from baldwinlab.parts import LIFE, philox, unit
 
 # Kinds of units.
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)

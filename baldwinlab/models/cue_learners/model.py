@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.lifetimes import (
     CueResults,
@@ -18,7 +18,7 @@ from baldwinlab.models.cue_learners.lifetimes import (
     Units,
     simulate_lifetimes,
 )
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _restricted_time(condition: xr.DataArray) -> xr.DataArray:
@@ -52,15 +52,17 @@ class CueLearners(Model, name="cue-learners"):
     units: int = Field(3, ge=2, le=8, description="Number of units.")
     items: int = Field(100, ge=1, le=100_000, description="Number of items in a lifetime.")
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {"generations": 601, "variation": "one-point-of-units", "mutation_rate": 0.01},
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "food minus poison eaten, plus half the number of items"
+    learning_amount = "learning_rate"
+    lifetime_steps = "items"
+    assimilation_obstacle = "The meaning of a color changes between lives."
+    settings_without_learning = {"learning": False}
+    records = {
         "beyond": Variable.quantity(
             "items",
             "food minus poison eaten, above the midpoint between eating by smell and "
@@ -69,7 +71,7 @@ class CueLearners(Model, name="cue-learners"):
         "by_colour": Variable.flag("1 if the agent eats by color at death, independent of smell"),
         "born_so": Variable.flag("1 if the agent eats by color at birth"),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "time": Measure(
             (
                 "generations until the average agent reaches the midpoint between smell "
@@ -78,22 +80,14 @@ class CueLearners(Model, name="cue-learners"):
             _time_to_midpoint,
         ),
         "evolved": Measure(
-            ("1 if the average agent ever reaches the midpoint between smell and color, else 0"),
+            "1 if the average agent ever reaches the midpoint between smell and color, else 0",
             lambda runs: (_time_to_midpoint(runs) < runs.sizes["generation"]) * 1.0,
         ),
         "time-of-half": Measure(
-            ("generations until half of the agents learn to eat by color; all if never"),
+            "generations until half of the agents learn to eat by color; all if never",
             _time_to_half,
         ),
     }
-
-    @property
-    def assimilation_obstacle(self) -> str:
-        return "The meaning of a color changes between lives."
-
-    @property
-    def steps(self) -> int:
-        return self.items
 
     def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.
@@ -102,16 +96,15 @@ class CueLearners(Model, name="cue-learners"):
         """
         return self.units + 2 * self.units**2
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
-        genomes = np.empty((agents, 1, self.n_weights()), np.float32)
-        for agent, agent_draws in enumerate(draws):
-            for gene, draw in enumerate(agent_draws):
-                genomes[agent, 0, gene] = draw_allele(gene, self.units, draw)
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        draws = kit.draw_founder_numbers(key, agents, self.n_weights())
+        genomes = np.empty(draws.shape, np.float32)
+        for (agent, module, gene), draw in np.ndenumerate(draws):
+            genomes[agent, module, gene] = draw_allele(gene, self.units, draw)
         return genomes
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         shape = genomes.shape[:2]
         # [run, agent, gene]: link strengths change in place.
@@ -134,11 +127,9 @@ class CueLearners(Model, name="cue-learners"):
             innate_by_color=poison.empty(shape, np.int32),
         )
         simulate_lifetimes(settings, np.array(runs, np.int64), learned, units, results)
-        beyond = (results.eaten - results.midpoint).astype(np.float32)
         records = {
-            "beyond": beyond,
+            "beyond": results.eaten - results.midpoint,
             "by_colour": results.by_color,
             "born_so": results.innate_by_color,
         }
-        payoff = results.eaten + self.items / 2
-        return LifeResults.without_cost(payoff, learned=learned, records=records)
+        return self.make_results(results.eaten + self.items / 2, records, learned=learned)

@@ -8,18 +8,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts import (
-    LIFE,
-    uniforms,
-)
+from baldwinlab.models import kit
+from baldwinlab.parts import LIFE, uniforms
 
 # Number of pixels of an image, 5 by 7.
 N_PIXELS = 35
 N_DIGITS = 10
 # The training set and the test set.
 N_SETS: Final = 2
-# Generation number of the random numbers for the digits.
-DIGITS_GENERATION: Final = 2**32 - 1
 # Images of the digits 0 to 9.
 BITMAPS: Final = """
 .###. ..#.. .###. ####. #..#. ##### .###. ##### .###. .###.
@@ -49,7 +45,7 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
     """
     n_images = N_SETS * N_DIGITS * copies
     # [image, pixel]: the first of four numbers.
-    draws = uniforms(seed, run, DIGITS_GENERATION, LIFE, (n_images, N_PIXELS))[:, :, 0]
+    draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (n_images, N_PIXELS))[:, :, 0]
     is_inverted = draws < noise
     clean_set = np.repeat(read_bitmaps(), copies, axis=0)
     clean_images = np.tile(clean_set, (N_SETS, 1))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets
 from baldwinlab.models.digit_readers.training import (
     TrainingResults,
@@ -16,8 +16,7 @@ from baldwinlab.models.digit_readers.training import (
     train_and_test,
 )
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
-from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Model, Variable
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -50,7 +49,7 @@ class DigitReaders(Model, name="digit-readers"):
         10, ge=1, le=1000, description="Number of tests per digit at the end of a lifetime."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 51,
@@ -60,45 +59,36 @@ class DigitReaders(Model, name="digit-readers"):
         },
         "record": {"genome_every": 5},
     }
-    payoff: ClassVar[str] = "share of digits classified correctly"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "share of digits classified correctly"
+    records = {
         "innate_error": Variable.share("share of digits misclassified at birth"),
         "error": Variable.share("share of digits misclassified at the end of life"),
         "used": Variable.integer(
             "trials", "number of trials in the lifetime, plus 1 for the test at its end"
         ),
     }
-    clock: ClassVar[str] = "used"
-    learning_amount: ClassVar[str] = "learning_rate"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0}
-    measures: ClassVar[Mapping[str, Measure]] = {
-        "innate-error": Measure(
-            "share of digits misclassified at birth in the last generation",
-            mean_of_last_generation("innate_error"),
-        ),
-        "error": Measure(
-            "share of digits misclassified after learning in the last generation",
-            mean_of_last_generation("error"),
-        ),
-    }
-
-    @property
-    def steps(self) -> int:
-        return max(1, self.trials)
+    clock = "used"
+    learning_amount = "learning_rate"
+    lifetime_steps = "trials"
+    settings_without_learning = {"trials": 0}
+    measures = kit.measure_last_means(
+        {
+            "innate_error": "share of digits misclassified at birth",
+            "error": "share of digits misclassified after learning",
+        }
+    )
 
     def n_weights(self) -> int:
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # [agent, weight]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        draws = kit.draw_founder_numbers(key, agents, self.n_weights())
         levels = (N_LEVELS * draws).astype(np.int64)
-        weights: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
-        # A genome has one module.
-        return weights[:, None]
+        weights: kit.Genomes = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
+        return weights
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         n_runs, n_agents = genomes.shape[:2]
         # [run, agent, weight]: trained in place.
@@ -125,17 +115,6 @@ class DigitReaders(Model, name="digit-readers"):
             )
             train_and_test(settings, training_set, test_set, scratch, results)
         errors = n_wrong / (N_DIGITS * self.tests_per_digit)
-        innate_error = errors[:, :, 0]
-        final_error = errors[:, :, 1]
-        fitness = 1 - final_error
         # The test at the end of a lifetime counts as an evaluation.
-        n_evaluations = n_trials + 1
-        return LifeResults.without_cost(
-            fitness,
-            learned=weights,
-            records={
-                "innate_error": innate_error.astype(np.float32),
-                "error": final_error.astype(np.float32),
-                "used": n_evaluations,
-            },
-        )
+        records = {"innate_error": errors[..., 0], "error": errors[..., 1], "used": n_trials + 1}
+        return self.make_results(1 - errors[..., 1], records, learned=weights)

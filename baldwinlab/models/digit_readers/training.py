@@ -11,11 +11,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import HALF, ONE, ZERO
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS
-from baldwinlab.parts import (
-    LIFE,
-    philox,
-    unit,
-)
+from baldwinlab.parts import LIFE, philox, unit
 
 
 class TrainingSettings(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    reads: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    reads = ("mutation_rate",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:

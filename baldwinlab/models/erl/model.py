@@ -16,14 +16,14 @@ The thresholds, damages and rates are not in the paper. They are settings here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
+from baldwinlab.models import kit
 from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
 from baldwinlab.models.erl.simulation import (
     AGENT_STEPS,
@@ -34,14 +34,12 @@ from baldwinlab.models.erl.simulation import (
     simulate_population,
 )
 from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
-from baldwinlab.models.founders import draw_bits
-from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
     """Return for each run whether its population survives the last step."""
-    return mean_of_last_generation("extinct")(runs) < 1
+    return kit.mean_of_last_generation("extinct")(runs) < 1
 
 
 class ErlPopulations(Model, name="erl-populations"):
@@ -72,7 +70,7 @@ class ErlPopulations(Model, name="erl-populations"):
         0,
         ge=0,
         le=1_000_000,
-        description=("Number of cells per step in which a plant spreads to a neighboring cell."),
+        description="Number of cells per step in which a plant spreads to a neighboring cell.",
     )
     trees: int = Field(
         100, ge=0, le=1_000_000, description="Number of trees. A tree protects one agent."
@@ -83,42 +81,36 @@ class ErlPopulations(Model, name="erl-populations"):
         le=MAX_CARNIVORES,
         description="Initial number of carnivores. One more appears every 200 steps.",
     )
-    plant_energy: float = Field(
-        0.1, ge=0, le=1, description="Energy of a plant. The maximum energy of an agent is 1."
+    plant_energy: kit.Share = Field(
+        0.1, description="Energy of a plant. The maximum energy of an agent is 1."
     )
-    meat_energy: float = Field(
-        0.2, ge=0, le=1, description="Energy that an agent gains from a corpse."
-    )
-    cost_per_step: float = Field(
-        0.003, ge=0, le=1, description="Cost of a step for an agent, in energy."
-    )
+    meat_energy: kit.Share = Field(0.2, description="Energy that an agent gains from a corpse.")
+    cost_per_step: kit.Share = Field(0.003, description="Cost of a step for an agent, in energy.")
     initial_energy: float = Field(0.4, gt=0, le=1, description="Energy at birth.")
     reproduction_threshold: float = Field(
         0.95, gt=0, le=1, description="Energy above which an agent reproduces."
     )
-    reproduction_cost: float = Field(
-        0.8, ge=0, le=1, description="Cost of a child for its parent, in energy."
+    reproduction_cost: kit.Share = Field(
+        0.8, description="Cost of a child for its parent, in energy."
     )
-    healing_per_step: float = Field(
-        0.005, ge=0, le=1, description="Health regained per step. The maximum is 1."
+    healing_per_step: kit.Share = Field(
+        0.005, description="Health regained per step. The maximum is 1."
     )
-    wall_damage: float = Field(0.02, ge=0, le=1, description="Health lost at a wall.")
-    attack_damage: float = Field(
-        0.1, ge=0, le=1, description="Health that an agent loses when another agent attacks it."
+    wall_damage: kit.Share = Field(0.02, description="Health lost at a wall.")
+    attack_damage: kit.Share = Field(
+        0.1, description="Health that an agent loses when another agent attacks it."
     )
-    bite_damage: float = Field(
-        0.5, ge=0, le=1, description="Health that an agent loses when a carnivore attacks it."
+    bite_damage: kit.Share = Field(
+        0.5, description="Health that an agent loses when a carnivore attacks it."
     )
-    carnivore_meat_energy: float = Field(
+    carnivore_meat_energy: kit.Share = Field(
         0.4,
-        ge=0,
-        le=1,
         description="Energy that a carnivore gains from a corpse. Its maximum is 1.",
     )
-    carnivore_cost_per_step: float = Field(
-        0.002, ge=0, le=1, description="Cost of a step for a carnivore, in energy."
+    carnivore_cost_per_step: kit.Share = Field(
+        0.002, description="Cost of a step for a carnivore, in energy."
     )
-    mutation_rate: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
+    mutation_rate: kit.Share = Field(0.003, description="Mutation probability per bit.")
     weight_range: float = Field(
         3.0, ge=0, le=100, description="Limit R of the weights, which are in [-R, R]."
     )
@@ -129,19 +121,20 @@ class ErlPopulations(Model, name="erl-populations"):
         0.03, ge=0, le=10, description="Learning rate after a deterioration."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1},
         # Further generations would be further histories of the same founders.
         "evolution": {"generations": 1, "mutation_rate": 0.0},
     }
     # One plant is enough energy for a child, and one bite kills.
-    check_settings: ClassVar[Mapping[str, Any]] = {
+    check_settings = {
         "max_steps": 8, "initial_agents": 4, "max_agents": 8,
         "grid_size": 12, "initial_plants": 50, "trees": 3, "initial_carnivores": 4,
         "plant_energy": 1.0, "bite_damage": 1.0,
     }  # fmt: skip
-    payoff: ClassVar[str] = "steps survived"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "steps survived"
+    lifetime_steps = "max_steps"
+    records = {
         "extinct": Variable.integer(
             "", "1 if the population died out before the last step, else 0"
         ),
@@ -153,16 +146,16 @@ class ErlPopulations(Model, name="erl-populations"):
             "carnivores", "number of carnivores, mean over the survived steps"
         ),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "survived": Measure(
-            "steps that the population survives", mean_of_last_generation("energy"), _survives
+            "steps that the population survives", kit.mean_of_last_generation("energy"), _survives
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",
-            mean_of_last_generation("extinct"),
+            kit.mean_of_last_generation("extinct"),
         ),
-        "born": Measure("agents born", mean_of_last_generation("born")),
-        "living": Measure("number of living agents", mean_of_last_generation("living")),
+        "born": Measure("agents born", kit.mean_of_last_generation("born")),
+        "living": Measure("number of living agents", kit.mean_of_last_generation("living")),
     }
 
     def check(self, experiment: Any) -> None:
@@ -176,10 +169,6 @@ class ErlPopulations(Model, name="erl-populations"):
     def learns(self) -> bool:
         return self.strategy in ("ERL", "L")
 
-    @property
-    def steps(self) -> int:
-        return self.max_steps
-
     def without_learning(self) -> ErlPopulations:
         strategies = {"ERL": "E", "L": "F"}
         return self.model_copy(update={"strategy": strategies.get(self.strategy, self.strategy)})
@@ -187,9 +176,9 @@ class ErlPopulations(Model, name="erl-populations"):
     def n_weights(self) -> int:
         return self.initial_agents * N_BITS
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         """Draw the bits of all founders of each population, as one row per population."""
-        return draw_bits(key, agents, self.n_weights())
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def rules(self) -> Rules:
         """Return the numbers of the world for compiled code."""
@@ -238,7 +227,7 @@ class ErlPopulations(Model, name="erl-populations"):
         )
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         n_runs, n_populations = genomes.shape[:2]
         survived_steps = poison.empty((n_runs, n_populations), np.int64)
@@ -252,15 +241,12 @@ class ErlPopulations(Model, name="erl-populations"):
                 survived_steps[row, population] = simulate_population(
                     rules, world, founder_bits, self.max_steps, inputs, totals[row, population]
                 )
-        fitness = survived_steps.astype(np.float64)
         # A population without agents survives no step.
         n_steps = np.maximum(1, survived_steps)
-        mean_agents = totals[..., AGENT_STEPS] / n_steps
-        mean_carnivores = totals[..., CARNIVORE_STEPS] / n_steps
         records = {
-            "extinct": (survived_steps < self.max_steps).astype(np.int32),
-            "born": totals[..., BIRTHS].astype(np.int32),
-            "living": mean_agents.astype(np.float32),
-            "hunters": mean_carnivores.astype(np.float32),
+            "extinct": survived_steps < self.max_steps,
+            "born": totals[..., BIRTHS],
+            "living": totals[..., AGENT_STEPS] / n_steps,
+            "hunters": totals[..., CARNIVORE_STEPS] / n_steps,
         }
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(survived_steps.astype(np.float64), records)

@@ -8,7 +8,7 @@ Philosophical Society 54 (1958).
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -47,8 +47,8 @@ class MutantFixation(Selection, name="mutant-fixation"):
 
     members: int = Field(10, ge=1, le=1000, description="Number of members of a population.")
 
-    minimum_fitness: ClassVar[float] = 0.0
-    has_groups: ClassVar[bool] = True
+    minimum_fitness = 0.0
+    has_groups = True
 
     @staticmethod
     def select(part: Any, generation: Generation) -> None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
+from baldwinlab.models import kit
 from baldwinlab.parts import LIFE, uniforms
 
-# Generation number of the random numbers for the landscape. No lifetime uses it.
-LANDSCAPE_GENERATION: Final = 2**32 - 1
-Fitness = npt.NDArray[np.float64]
+Fitness = kit.Numbers
 
 
 @lru_cache(maxsize=64)
@@ -22,7 +19,7 @@ def make_landscape(seed: int, run: int, length: int, slope: float, roughness: fl
     `slope`: mean relative increase of fitness per position. The first position has 1. The array is
     read-only.
     """
-    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (length, 1))[:, 0, 0]
+    draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (length, 1))[:, 0, 0]
     factors = 1 + slope + roughness * (2 * draws - 1)
     factors[0] = 1.0
     fitness: Fitness = factors.cumprod()
@@ -31,7 +28,7 @@ def make_landscape(seed: int, run: int, length: int, slope: float, roughness: fl
     return fitness
 
 
-def climb(fitness: Fitness, steps: int) -> npt.NDArray[np.int64]:
+def climb(fitness: Fitness, steps: int) -> kit.Integers:
     """Return the position that each position reaches in `steps` steps to the fitter neighbor."""
     padded = np.concatenate(([0.0], fitness, [0.0]))
     positions = np.arange(fitness.size)

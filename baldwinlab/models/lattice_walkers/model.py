@@ -24,14 +24,15 @@ multipeaked fitness landscapes", Journal of Evolutionary Biology 19 (2006).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
+from baldwinlab.models import kit
 from baldwinlab.models.lattice_walkers.landscape import (
     Fitness,
     average_neighborhood,
@@ -52,13 +53,9 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     """Populations that walk on a line of positions with peaks and valleys of fitness."""
 
     length: int = Field(13, ge=2, le=1000, description="Number of positions.")
-    slope: float = Field(
-        0.15, ge=0, le=1, description="Mean relative increase of fitness per position."
-    )
-    roughness: float = Field(
+    slope: kit.Share = Field(0.15, description="Mean relative increase of fitness per position.")
+    roughness: kit.Share = Field(
         0.0,
-        ge=0,
-        le=1,
         description="Largest deviation from the mean increase. 0: one peak, at the last position.",
     )
     plasticity: Literal["none", "climbing", "random"] = Field(
@@ -75,7 +72,7 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         description="Number of steps of climbing, or radius of the neighborhood, in positions.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 801,
@@ -84,16 +81,16 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         },
         "record": {"genome_every": 100},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "position": Variable.integer("positions", "position at birth"),
         "innate": Variable.quantity("fitness", "fitness without plasticity"),
         "at_peak": Variable.flag("1 if the position at birth has the highest fitness"),
         "climbed": Variable.integer("positions", "distance between birth and death"),
     }
-    learned_distance: ClassVar[str] = "climbed"
-    learning_amount: ClassVar[str] = "learning_steps"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": "none"}
-    measures: ClassVar[Mapping[str, Measure]] = {
+    learned_distance = "climbed"
+    learning_amount = "learning_steps"
+    settings_without_learning = {"plasticity": "none"}
+    measures = {
         "time": Measure(
             "generations until a population reaches the highest peak, at most those of the run",
             _restricted_time,
@@ -101,7 +98,7 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     }
 
     @property
-    def assimilation_obstacle(self) -> str:
+    def assimilation_obstacle(self) -> str:  # type: ignore[override]
         if self.plasticity == "random":
             return "Random plasticity reaches the same distances from every position."
         return ""
@@ -116,7 +113,7 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     def n_weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         return np.zeros((agents, 1, 1), np.float32)
 
     def landscape(self, seed: int, run: int) -> Fitness:
@@ -129,29 +126,23 @@ class LatticeWalkers(Model, name="lattice-walkers"):
             return average_neighborhood(landscape, self.learning_steps)
         return landscape[self.learned_positions(landscape)]
 
-    def learned_positions(self, landscape: Fitness) -> npt.NDArray[np.int64]:
+    def learned_positions(self, landscape: Fitness) -> kit.Integers:
         """Return the positions at death of agents that are born at each position."""
         return climb(landscape, self.learning_steps if self.plasticity == "climbing" else 0)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         results = [
             self._simulate_run(self.landscape(seed, run), genomes[row, :, 0, 0].astype(np.int64))
             for row, run in enumerate(runs)
         ]
-        energy, learned, *records = (np.stack(values) for values in zip(*results, strict=True))
-        return LifeResults.without_cost(
-            energy,
-            learned=learned[:, :, None].astype(np.float32),
-            records={
-                name: values.astype(variable.dtype)
-                for (name, variable), values in zip(self.records.items(), records, strict=True)
-            },
-        )
+        energy, learned, *values = (np.stack(column) for column in zip(*results, strict=True))
+        records = dict(zip(self.records, values, strict=True))
+        return self.make_results(energy, records, learned=learned[:, :, None])
 
     def _simulate_run(
-        self, landscape: Fitness, position: npt.NDArray[np.int64]
+        self, landscape: Fitness, position: kit.Integers
     ) -> tuple[npt.NDArray[Any], ...]:
         """Return fitness, position at death, and the records, each [agent]."""
         is_alive = (position >= 0) & (position < self.length)

@@ -24,8 +24,7 @@ its fitness.
 The changes follow Urzelai and Floreano 2001. Their numbers are from memory. The geometry, the
 senses, the number of neurons and the sizes of the changes are our choice.
 
-`model` has the settings and the genetic encodings, `lifetimes` the arena and the neurons, and
-`variation` the reproduction.
+`model` has the settings and the genetic encodings, and `lifetimes` the arena and the neurons.
 
 References
 ----------

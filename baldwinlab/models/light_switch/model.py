@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
-from baldwinlab.models.founders import draw_bits
+from baldwinlab.models import kit
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
@@ -35,11 +35,13 @@ CHANGED_WORLDS: Final = {
 }
 
 
-def _mean_of_last_generations(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record over the last ten generations."""
-    return lambda runs: (
-        runs[record].isel(generation=slice(-N_LAST_GENERATIONS, None)).mean(("generation", "agent"))
+def _share_of_retained_score(runs: xr.Dataset) -> xr.DataArray:
+    """Return the score in a changed world as a share of the score, or NaN without a score."""
+    score, changed = (
+        kit.mean_of_last_generations(record, N_LAST_GENERATIONS)(runs)
+        for record in ("score", "changed")
     )
+    return changed / score.where(score > 0)
 
 
 class LightSwitch(Model, name="light-switch"):
@@ -73,7 +75,7 @@ class LightSwitch(Model, name="light-switch"):
         ),
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 100},
         "evolution": {
             "generations": 41,
@@ -83,38 +85,29 @@ class LightSwitch(Model, name="light-switch"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "share of life under the lit lamp"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "share of life under the lit lamp"
+    lifetime_steps = "steps_per_life"
+    settings_without_learning = {"plasticity": False}
+    assimilation_obstacle = "The weights of a learner at birth are random in each life."
+    alleles = kit.BITS
+    records = {
         "score": Variable.share("share of steps under the lit lamp"),
         "changed": Variable.share("share of steps under the lit lamp in a changed world"),
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "changed": Measure(
             "share of steps under the lit lamp in a changed world, last ten generations",
-            _mean_of_last_generations("changed"),
+            kit.mean_of_last_generations("changed", N_LAST_GENERATIONS),
         ),
         "retained": Measure(
-            ("share of the score that remains in a changed world, last ten generations"),
-            lambda runs: (
-                _mean_of_last_generations("changed")(runs)
-                / _mean_of_last_generations("score")(runs).where(lambda score: score > 0)
-            ),
+            "share of the score that remains in a changed world, last ten generations",
+            _share_of_retained_score,
         ),
     }
 
     @property
     def learns(self) -> bool:
         return self.encoding != "strengths" and self.plasticity
-
-    @property
-    def assimilation_obstacle(self) -> str:
-        return "The weights of a learner at birth are random in each life."
-
-    @property
-    def steps(self) -> int:
-        return self.steps_per_life
 
     @property
     def synapses(self) -> int:
@@ -134,11 +127,11 @@ class LightSwitch(Model, name="light-switch"):
         n_input_signs = N_INPUTS if self._has_input_signs else 0
         return BITS_PER_GENE * self.n_genes + n_input_signs
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_bits(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         shape = genomes.shape[:2]
         bits = (genomes[:, :, 0] > 0.5).astype(np.int64)
@@ -162,14 +155,10 @@ class LightSwitch(Model, name="light-switch"):
             )
             shares.append(lit_steps / self.steps_per_life)
         score, changed_score = shares
-        records = {
-            "score": score.astype(np.float32),
-            "changed": changed_score.astype(np.float32),
-        }
-        return LifeResults.without_cost(score, learned=None, records=records)
+        return self.make_results(score, {"score": score, "changed": changed_score})
 
     def _decode_synapses(
-        self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]
+        self, seed: int, runs: Sequence[int], generation: int, bits: kit.Integers
     ) -> Synapses:
         """Return the synapses at birth from the genes `bits` [run, agent, bit]."""
         n_runs, n_agents = bits.shape[:2]
@@ -205,10 +194,8 @@ class LightSwitch(Model, name="light-switch"):
         self, seed: int, runs: Sequence[int], generation: int, n_agents: int
     ) -> npt.NDArray[np.float32]:
         """Draw the weights at birth [run, agent, synapse]."""
-        # Row 0 has the initial position and heading. The first of four numbers is used.
-        draws = [
-            uniforms(seed, run, generation, LIFE, (1 + n_agents, self.synapses))[1:, :, 0]
-            for run in runs
-        ]
-        weights: npt.NDArray[np.float32] = (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32)
+        # Row 0 has the initial position and heading.
+        shape = (1 + n_agents, self.synapses)
+        draws = kit.draw_lifetimes(seed, runs, generation, shape)[:, 1:]
+        weights: npt.NDArray[np.float32] = (MAX_INITIAL_WEIGHT * draws).astype(np.float32)
         return weights

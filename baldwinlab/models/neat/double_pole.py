@@ -20,38 +20,23 @@ Stanley and Miikkulainen 2002.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE
-from baldwinlab.models.neat.balancing import (
-    LINK_SIZE,
-    N_UNREST_STEPS,
-    BalanceResults,
-    BalanceScratch,
-    BalanceSettings,
-    balance,
-)
+from baldwinlab.models import kit
+from baldwinlab.models.neat import balancing, network_model
 from baldwinlab.models.neat.cart_pole import STATE_SIZE, WORKSPACE_ROWS
-from baldwinlab.models.neat.network_model import (
-    FOUNDER_WEIGHT_RANGE,
-    N_OUTPUTS,
-    NETWORK_RECORDS,
-    NetworkModel,
-    measure_solutions,
-    record_networks,
-)
-from baldwinlab.parts import Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Variable
 
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
 
 
-class Poles(NetworkModel):
+class Poles(network_model.NetworkModel):
     """Base class of the models with and without velocities."""
 
     max_steps: int = Field(
@@ -67,45 +52,45 @@ class Poles(NetworkModel):
         description="Maximum number of links in a genome (our choice).",
     )
     sigmoid_slope: float = SIGMOID_SLOPE
-    founder_weight_range: float = FOUNDER_WEIGHT_RANGE
+    founder_weight_range: float = network_model.FOUNDER_WEIGHT_RANGE
 
     # Whether networks may be recurrent.
     has_loops: ClassVar[bool] = False
     # Indices of the entries of a state that the network senses.
     sensed_entries: ClassVar[tuple[int, ...]]
 
-    @property
-    def steps(self) -> int:
-        return self.max_steps
+    lifetime_steps = "max_steps"
 
     def balance_networks(
         self,
-        graphs: npt.NDArray[np.float32],
+        graphs: kit.Genomes,
         initial_states: Sequence[Sequence[float]],
         max_steps: int,
-    ) -> BalanceResults:
+    ) -> balancing.BalanceResults:
         """Balance the poles with each network from each initial state.
 
         `graphs`: (runs, agents, entries).
         """
         n_runs, n_agents = graphs.shape[:2]
         shape = (n_runs, n_agents, len(initial_states))
-        results = BalanceResults(n_steps=poison.empty(shape, np.int64), unrest=poison.empty(shape))
-        settings = BalanceSettings(
+        results = balancing.BalanceResults(
+            n_steps=poison.empty(shape, np.int64), unrest=poison.empty(shape)
+        )
+        settings = balancing.BalanceSettings(
             sensed_entries=np.array(self.sensed_entries),
             has_loops=self.has_loops,
             max_steps=max_steps,
             sigmoid_slope=np.float32(self.sigmoid_slope),
         )
         # A hidden node needs a link, so there are at most `max_links` hidden nodes.
-        n_nodes = self.n_inputs + self.max_links + N_OUTPUTS
-        scratch = BalanceScratch(
+        n_nodes = self.n_inputs + self.max_links + network_model.N_OUTPUTS
+        scratch = balancing.BalanceScratch(
             values=poison.empty((2, n_nodes), np.float32),
-            links=poison.empty((2, self.max_links, LINK_SIZE), np.float32),
+            links=poison.empty((2, self.max_links, balancing.LINK_SIZE), np.float32),
             workspace=poison.empty((WORKSPACE_ROWS, STATE_SIZE)),
-            recent_unrest=poison.empty(N_UNREST_STEPS),
+            recent_unrest=poison.empty(balancing.N_UNREST_STEPS),
         )
-        balance(
+        balancing.balance(
             settings,
             np.ascontiguousarray(graphs),
             np.array(initial_states, float),
@@ -120,26 +105,24 @@ class NeatPoles(Poles, name="neat-poles"):
 
     sensed_entries: ClassVar[tuple[int, ...]] = tuple(range(STATE_SIZE))
     n_inputs: ClassVar[int] = len(sensed_entries)
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 150},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "steps balanced"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "steps balanced"
+    records = {
         "solves": Variable.integer("", "1 if both poles stayed upright for all steps, else 0"),
-        **NETWORK_RECORDS,
+        **network_model.NETWORK_RECORDS,
     }
-    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(lambda runs: runs["solves"] == 1)
+    measures = network_model.measure_solutions(lambda runs: runs["solves"] == 1)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
         # [run, agent]: from the single initial state.
         n_steps = results.n_steps[..., 0]
-        fitness = n_steps.astype(np.float64)
-        has_solved = n_steps == self.max_steps
-        records = {"solves": has_solved.astype(np.int32), **record_networks(graphs)}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        records = {"solves": n_steps == self.max_steps, **network_model.record_networks(graphs)}
+        return self.make_results(n_steps.astype(np.float64), records)

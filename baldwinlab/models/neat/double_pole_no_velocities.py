@@ -33,18 +33,18 @@ genetic neural networks", Genetic Programming 1996, for fitness and start states
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import product
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
+from baldwinlab.models import kit
+from baldwinlab.models.neat import network_model
 from baldwinlab.models.neat.balancing import N_UNREST_STEPS
 from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
-from baldwinlab.models.neat.network_model import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Variable
 
 # Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
@@ -87,13 +87,13 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     # The position of the cart and both angles.
     sensed_entries: ClassVar[tuple[int, ...]] = (CART_POSITION, LONG_ANGLE, SHORT_ANGLE)
     n_inputs: ClassVar[int] = len(sensed_entries)
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 50},
     }
-    payoff: ClassVar[str] = "Gruau's fitness"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "Gruau's fitness"
+    records = {
         "balanced": Variable.integer("steps", "steps balanced in the trial for fitness"),
         "proven": Variable.integer(
             "steps",
@@ -103,15 +103,15 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "",
             "number of start states, of 625, from which it balances after the longer trial, else 0",
         ),
-        **NETWORK_RECORDS,
+        **network_model.NETWORK_RECORDS,
     }
-    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
+    measures = network_model.measure_solutions(
         lambda runs: runs["generalises"] >= MIN_BALANCED_STARTS,
         {"generalises": "number of start states, of 625, from which the first solution balances"},
     )
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         trial_results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
@@ -133,9 +133,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
                 start_trials = self.balance_networks(champion, START_STATES, self.max_steps)
                 n_balanced_starts[row, best] = (start_trials.n_steps == self.max_steps).sum()
         records = {
-            "balanced": n_steps.astype(np.int32),
+            "balanced": n_steps,
             "proven": endured_steps,
             "generalises": n_balanced_starts,
-            **record_networks(graphs),
+            **network_model.record_networks(graphs),
         }
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, records)

@@ -25,7 +25,8 @@ from baldwinlab.evolution.neat.genome import (
     make_minimal_graphs,
     require_neat,
 )
-from baldwinlab.parts import FOUNDER, Field, Measure, Model, Variable
+from baldwinlab.models import kit
+from baldwinlab.parts import Field, Measure, Model, Variable
 
 NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
     "hidden": Variable.integer("nodes", "hidden nodes"),
@@ -53,8 +54,8 @@ class NetworkModel(Model):
         max_links: int
         founder_weight_range: float
 
-    has_graph_genomes: ClassVar[bool] = True
-    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    has_graph_genomes = True
+    infinite_genes = INFINITE_GENES
     # Number of inputs without the bias.
     n_inputs: ClassVar[int]
 
@@ -67,27 +68,25 @@ class NetworkModel(Model):
     def n_weights(self) -> int:
         return count_entries(self.max_links)
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
         # The bias is an input.
         n_sources = self.n_inputs + 1
-        # [agent, input]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, n_sources))[:, :, 0]
+        draws = kit.draw_founder_numbers(key, agents, n_sources)[:, 0]
         weights = (2 * draws - 1) * self.founder_weight_range
         graphs = make_minimal_graphs(n_sources, N_OUTPUTS, self.max_links, weights)
         # A genome has one module.
         return graphs[:, None]
 
 
-def record_networks(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
+def record_networks(graphs: kit.Genomes) -> Mapping[str, npt.NDArray[Any]]:
     """Return the records of `NETWORK_RECORDS` for genomes [run, agent, entry]."""
     genes = graphs[:, :, HEAD_SIZE:].reshape(*graphs.shape[:2], -1, GENE_SIZE)
     exists = genes[..., INNOVATION] > 0
-    records = {
+    return {
         "hidden": (exists & (genes[..., INNOVATION] == genes[..., TARGET])).sum(axis=-1),
         "enabled": (exists & (genes[..., ENABLED] > 0)).sum(axis=-1),
         "species": graphs[:, :, SPECIES],
     }
-    return {name: values.astype(np.int32) for name, values in records.items()}
 
 
 def measure_solutions(

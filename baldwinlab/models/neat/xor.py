@@ -15,15 +15,15 @@ hidden nodes and 7.48 enabled links.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE, activate
+from baldwinlab.models import kit
 from baldwinlab.models.neat.network_model import (
     FOUNDER_WEIGHT_RANGE,
     N_OUTPUTS,
@@ -32,7 +32,7 @@ from baldwinlab.models.neat.network_model import (
     measure_solutions,
     record_networks,
 )
-from baldwinlab.parts import Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 CORRECT_ANSWERS: Final = (0, 1, 1, 0)
@@ -48,22 +48,20 @@ class NeatXor(NetworkModel, name="neat-xor"):
     founder_weight_range: float = FOUNDER_WEIGHT_RANGE
 
     n_inputs: ClassVar[int] = len(QUESTIONS[0])
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 150},
         "evolution": {"generations": 150, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 10},
     }
-    records: ClassVar[Mapping[str, Variable]] = {
+    records = {
         "right": Variable.integer("answers", "number of correct answers, of four"),
         **NETWORK_RECORDS,
     }
 
-    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
-        lambda runs: runs["right"] == len(QUESTIONS)
-    )
+    measures = measure_solutions(lambda runs: runs["right"] == len(QUESTIONS))
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
@@ -77,7 +75,7 @@ class NeatXor(NetworkModel, name="neat-xor"):
         total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
         fitness = (len(QUESTIONS) - total_error) ** 2
         records = {"right": n_right, **record_networks(graphs)}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, records)
 
 
 @jit_entry_point

@@ -33,11 +33,6 @@ def count_strategies(runs: xr.Dataset) -> xr.DataArray:
     return template.copy(data=counts.reshape(template.shape))
 
 
-def mean_payoff(runs: xr.Dataset) -> xr.DataArray:
-    """Return the payoff of the average agent by generation."""
-    return runs["energy"].mean("agent")
-
-
 def share_of_plastic_entries(runs: xr.Dataset) -> xr.DataArray:
     """Return the share of plastic entries by generation, or NaN without agents."""
     counts = count_strategies(runs)

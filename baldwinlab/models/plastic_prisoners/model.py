@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from collections.abc import Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.models.founders import draw_bits
+from baldwinlab.models import kit
 from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
 from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
     fall_of_plasticity,
     is_outstanding_leading,
-    mean_payoff,
     share_of_outstanding,
     share_of_plastic_entries,
     value_at_generation,
@@ -26,7 +24,6 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     STRATEGIES,
     STRATEGY_OF_GENOME,
     moves_at_birth,
-    number_genomes,
 )
 from baldwinlab.parts import (
     PER_AGENT_DIMS,
@@ -43,9 +40,9 @@ from baldwinlab.parts import (
 N_SHOWN_GENOMES: Final = 8
 
 
-def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
+def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> MatrixView:
     """Return the payoffs between the most frequent genomes of a generation."""
-    counts = np.bincount(number_genomes(genomes), minlength=N_GENOMES)
+    counts = np.bincount(kit.read_bits(genomes), minlength=N_GENOMES)
     most_frequent = [
         int(genome)
         for genome in np.argsort(-counts, kind="stable")[:N_SHOWN_GENOMES]
@@ -81,14 +78,14 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         description="Assumed moves before a match: one of four at random, DD or CC.",
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 2001, "variation": "bit-flips", "mutation_rate": 1 / 1500},
         # The assay `innate` simulates these generations, so it need not reproduce any.
         "record": {"genome_every": 21},
     }
-    payoff: ClassVar[str] = "mean payoff per round"
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "mean payoff per round"
+    records = {
         "strategy": Variable(
             PER_AGENT_DIMS,
             np.int8,
@@ -96,32 +93,31 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             "strategy: a digit to base 3 for each of DD, DC, CD, CC: 0 D, 1 C, 2 plastic",
         ),
     }
-    shares: ClassVar[Mapping[str, Measure]] = {
+    shares = {
         "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
-    learned_distance: ClassVar[str] = "plasticity"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
-    views: ClassVar[Mapping[str, View]] = {
+    alleles = kit.BITS
+    learned_distance = "plasticity"
+    lifetime_steps = "rounds"
+    settings_without_learning = {"learning": False}
+    views = {
         "payoffs": View(
             "Payoffs between the most frequent genomes.",
             _view_payoffs,
             has_agent_choice=False,
         )
     }
-    measures: ClassVar[Mapping[str, Measure]] = {
+    measures = {
         "least-payoff": Measure(
             "lowest mean payoff of the average agent before generation 150",
-            lambda runs: mean_payoff(runs.isel(generation=slice(150))).min("generation"),
+            lambda runs: runs["energy"].isel(generation=slice(150)).mean("agent").min("generation"),
         ),
         "payoff-500": Measure(
-            "mean payoff of the average agent in generation 500",
-            value_at_generation(mean_payoff, 500),
+            "mean payoff of the average agent in generation 500", kit.mean_at("energy", 500)
         ),
         "payoff-2000": Measure(
-            "mean payoff of the average agent in generation 2000",
-            value_at_generation(mean_payoff, 2000),
+            "mean payoff of the average agent in generation 2000", kit.mean_at("energy", 2000)
         ),
         "most-plasticity": Measure(
             "largest percentage of plastic entries over the generations",
@@ -136,17 +132,10 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             value_at_generation(is_outstanding_leading, 2000),
         ),
         "x00x-ahead": Measure(
-            (
-                "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its "
-                "main rival is"
-            ),
+            "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its main rival is",
             value_at_generation(compare_with_rival, 2000),
         ),
     }
-
-    @property
-    def steps(self) -> int:
-        return self.rounds
 
     def check(self, experiment: Any) -> None:
         if experiment.population.size < 2:
@@ -157,14 +146,14 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def n_weights(self) -> int:
         return 2 * len(PAIRS)
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        return draw_bits(key, agents, self.n_weights())
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         # [run, agent].
-        genome_numbers = number_genomes(genomes)
+        genome_numbers = kit.read_bits(genomes)
         payoffs = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
         fitness_of_genome = np.zeros(N_GENOMES)
         fitness = poison.empty(genome_numbers.shape)
@@ -172,5 +161,4 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             counts = np.bincount(population, minlength=N_GENOMES)
             compute_mean_payoffs(payoffs, counts, fitness_of_genome)
             fitness[row] = fitness_of_genome[population]
-        records = {"strategy": STRATEGY_OF_GENOME[genome_numbers]}
-        return LifeResults.without_cost(fitness, learned=None, records=records)
+        return self.make_results(fitness, {"strategy": STRATEGY_OF_GENOME[genome_numbers]})

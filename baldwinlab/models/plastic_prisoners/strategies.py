@@ -7,7 +7,6 @@ from itertools import product
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 # Pairs of moves of the last round, the move of the agent first.
 PAIRS: Final = ("DD", "DC", "CD", "CC")
@@ -34,13 +33,6 @@ STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x
 STRATEGY_OF_GENOME: Final = (_ENTRIES @ 3 ** np.arange(N_PAIRS)).astype(np.int8)
 # Name of the strategy that the paper calls outstanding.
 OUTSTANDING: Final = "x00x"
-
-
-def number_genomes(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Return genomes [..., 1, bit] as numbers."""
-    bits = (genomes[..., 0, :] > 0.5).astype(np.int64)
-    numbers: npt.NDArray[np.int64] = bits @ (1 << np.arange(2 * N_PAIRS))
-    return numbers
 
 
 def moves_at_birth(genome: int) -> str:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.simd import ONE
+from baldwinlab.models import kit
 from baldwinlab.models.grid_frames import NOT_REACHED, make_maze_frames
 from baldwinlab.models.t_mazes.trips import (
     CRASHES,
@@ -25,7 +26,6 @@ from baldwinlab.models.t_mazes.trips import (
     high_reward_end,
 )
 from baldwinlab.parts import (
-    FOUNDER,
     LIFE,
     Field,
     GridView,
@@ -66,21 +66,19 @@ class MazeResults(NamedTuple):
     # [run, agent, weight]: the genes at death.
     learned: npt.NDArray[np.float32]
     # [run, agent, slot, 4]: the events of each trip, or of all trips if there is one slot.
-    counts: npt.NDArray[np.int64]
+    counts: kit.Integers
     # [slot, position] of one agent: -1 left, 0 straight on, 1 right, or NOT_REACHED.
-    actions: npt.NDArray[np.int64]
+    actions: kit.Integers
 
 
-def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+def total_reward(counts: kit.Integers) -> kit.Numbers:
     """Return the total reward of trips from the counts of their events [..., 4]."""
     n_high, n_low, n_crashes, n_lost = np.moveaxis(counts, -1, 0)
-    reward: npt.NDArray[np.float64] = (
-        n_high + LOW_REWARD * n_low - CRASH_COST * n_crashes - LOST_COST * n_lost
-    )
+    reward: kit.Numbers = n_high + LOW_REWARD * n_low - CRASH_COST * n_crashes - LOST_COST * n_lost
     return reward
 
 
-def _view_trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
+def _view_trips(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> GridView:
     """Return the trips of an agent in its maze."""
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     agent_genome = genomes[None, [agent]]
@@ -101,9 +99,7 @@ def _view_trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent
     )
 
 
-def _view_returns(
-    model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> PathView:
+def _view_returns(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> PathView:
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     results = model.explore(
         key.seed, [key.run], key.generation, genomes[None], trips=trips, slots=trips
@@ -145,7 +141,7 @@ class TMazes(Model, name="t-mazes"):
         "trip", description="Period after which activations are reset to 0."
     )
 
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    defaults = {
         "population": {"size": 200},
         "evolution": {
             "generations": 201,
@@ -156,13 +152,14 @@ class TMazes(Model, name="t-mazes"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "reward gained in a lifetime"
-    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
-    records: ClassVar[Mapping[str, Variable]] = {
+    payoff = "reward gained in a lifetime"
+    assimilation_obstacle = "The end with the high reward changes within and between lives."
+    settings_without_learning = {"plasticity": False}
+    records = {
         "high": Variable.share("share of trips that reach the high reward"),
         "crashed": Variable.share("share of trips that end in a crash"),
     }
-    views: ClassVar[Mapping[str, View]] = {
+    views = {
         "trips": View(
             "An agent in its maze, cell by cell, for each trip. After a crash it "
             "faces the wall. The position of the high reward, and its change, are "
@@ -177,10 +174,6 @@ class TMazes(Model, name="t-mazes"):
             _view_returns,
         ),
     }
-
-    @property
-    def assimilation_obstacle(self) -> str:
-        return "The end with the high reward changes within and between lives."
 
     @property
     def steps(self) -> int:
@@ -198,12 +191,9 @@ class TMazes(Model, name="t-mazes"):
     def n_weights(self) -> int:
         return self.neurons * (N_INPUTS + self.neurons) + N_RULE_GENES
 
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # [agent, gene]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
-        genes: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
-        # A genome has one module.
-        return genes[:, None]
+    def founders(self, agents: int, key: Any) -> kit.Genomes:
+        draws = kit.draw_founder_numbers(key, agents, self.n_weights())
+        return (2 * draws - 1).astype(np.float32)
 
     def maze(self, seed: int, run: int, generation: int) -> Maze:
         """Draw the maze of a generation."""
@@ -220,22 +210,24 @@ class TMazes(Model, name="t-mazes"):
         return Maze(first_end=first_end, change=change, second_end=second_end)
 
     def simulate(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+        self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         results = self.explore(seed, runs, generation, genomes, trips=self.trips, slots=1)
         counts = results.counts
         # One slot has the sum of all trips.
         rewards = total_reward(counts[:, :, 0])
-        shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
-        records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return LifeResults.without_cost(rewards, learned=results.learned, records=records)
+        records = {
+            "high": counts[..., 0, HIGH] / self.trips,
+            "crashed": counts[..., 0, CRASHES] / self.trips,
+        }
+        return self.make_results(rewards, records, learned=results.learned)
 
     def explore(
         self,
         seed: int,
         runs: Sequence[int],
         generation: int,
-        genomes: npt.NDArray[np.float32],
+        genomes: kit.Genomes,
         *,
         trips: int,
         slots: int,

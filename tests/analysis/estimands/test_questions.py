@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -98,27 +96,6 @@ def test_a_learned_step_of_constant_length_cannot_become_innate(
     row = estimates(data, innate=data.innate)["assimilation"]
     assert row.measurability == IMPOSSIBLE
     assert row.reason == "Learning adds the same step to x in every life."
-
-
-OBSTACLES: Mapping[str, bool] = {
-    "todd-miller-1991:hebbian/smell-75": True,
-    "floreano-urzelai-2000:rules-of-neurons": True,
-    "soltoggio-2008:plain-plasticity/single": True,
-    "hinton-nowlan-1987:guessing": False,
-    "le-2018:guessing/never": False,
-    "mayley-1996:climbing/smooth": False,
-    "suzuki-arita-2004:meta-pavlov": False,
-    "nolfi-parisi-1993:auto-teaching": False,
-    "mery-kawecki-2004:learning-flies/pineapple": False,
-    "morgan-2020:mixed": False,
-    "lange-sprekeler-2020:uncertain": False,
-    "lande-2009:plastic-norms": False,
-}
-
-
-def test_models_state_whether_learned_behavior_can_become_innate() -> None:
-    for preset, has_obstacle in OBSTACLES.items():
-        assert bool(bl.load(preset).model_part.assimilation_obstacle) is has_obstacle, preset
 
 
 def test_questions_without_an_answer_are_not_measurable_or_impossible(

@@ -24,7 +24,7 @@ from baldwinlab.models.cell_foragers.network import (
     compute_outputs,
 )
 from baldwinlab.parts import LIFE, GridView, philox, unit
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
@@ -320,6 +320,6 @@ def test_auto_teaching_increases_food_within_a_lifetime() -> None:
     changes = ["evolution.generations=8", "population.size=60", "cell_foragers.environments=12"]
     gains = {}
     for name in ("auto-teaching", "auto-teaching-rate-0"):
-        histories = simulate_histories(assign(bl.load(name), changes), 0, range(4))
-        gains[name] = np.mean([history.recorded_values("gain")[4:].mean() for history in histories])
+        runs = simulate_runs(assign(bl.load(name), changes), 0, 4)
+        gains[name] = runs["gain"].values[:, 4:].mean()
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])

@@ -22,7 +22,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.models.cue_learners.lifetimes import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET
 from baldwinlab.models.cue_learners.model import CueLearners
 from baldwinlab.parts import LIFE, unit
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.runs import simulate_runs
 
 # Step of learning. Sums of this value have no rounding error in float32.
 STEP = 0.125
@@ -229,8 +229,5 @@ def test_learning_evolves_if_smell_is_informative_but_not_perfect() -> None:
     best = {}
     for name in ("smell-50", "smell-65", "smell-100"):
         experiment = assign(bl.load(f"hebbian/{name}"), ["evolution.generations=101"])
-        best[name] = max(
-            history.recorded_values("beyond").mean(axis=1).max()
-            for history in simulate_histories(experiment, 0, range(6))
-        )
+        best[name] = simulate_runs(experiment, 0, 6)["beyond"].values.mean(axis=2).max()
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0

@@ -9,11 +9,8 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.erl.model import ErlPopulations
-from baldwinlab.simulation.simulate import simulate_histories
-from tests.models.erl.worlds import (
-    SETTINGS,
-    SMALL,
-)
+from tests.models.erl.worlds import SETTINGS, SMALL
+from tests.models.runs import simulate_runs
 
 
 def test_measures_equal_the_records() -> None:
@@ -51,9 +48,7 @@ def test_a_longer_run_has_the_same_beginning_and_surviving_populations_are_censo
         small = assign(
             bl.load("erl-populations"), [*SETTINGS, f"erl_populations.max_steps={steps}"]
         )
-        ends[steps] = xr.concat(
-            [history.dataset() for history in simulate_histories(small, 4, range(6))], "run"
-        )
+        ends[steps] = simulate_runs(small, 4, 6)
     shorter, longer = (ends[steps].energy.values.ravel() for steps in (200, 400))
     assert longer.min() < 200 < longer.max()
     np.testing.assert_array_equal(shorter, np.minimum(longer, 200))

@@ -9,18 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
 from baldwinlab.experiment import assign
-from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.models.neat.xor import NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
+from tests.models.runs import simulate_runs
 from tests.oracles.neat import compute_xor_fitness
 
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
@@ -152,11 +150,7 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
 
 @pytest.mark.nightly
 def test_measures_of_a_run_describe_its_first_solution() -> None:
-    runs = xr.concat(
-        [history.dataset() for history in simulate_histories(bl.load("neat-xor"), 1, range(6))],
-        "run",
-    )
-    runs = runs.assign_coords(run=np.arange(6))
+    runs = simulate_runs(bl.load("neat-xor"), 1, 6).assign_coords(run=np.arange(6))
     unsolved = runs.isel(generation=slice(0, 1))
     measures = {name: measure.of(runs).values for name, measure in NeatXor.measures.items()}
     for run, first in enumerate(first_solutions(6)):
@@ -187,15 +181,6 @@ def test_the_number_of_networks_is_close_to_the_published_one() -> None:
     assert len(solved) >= 0.9 * len(solutions)
     assert 3000 < np.mean([solution.evaluations for solution in solved]) < 7000
     assert 1 <= np.median([solution.hidden for solution in solved]) <= 4
-
-
-def test_settings_are_assigned_written_and_validated() -> None:
-    changed = assign(
-        make_small_experiment(),
-        ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
-    )
-    assert from_toml(to_toml(changed), source="file") == changed
-    assert not list_changed_unused_settings(changed)
 
 
 def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:

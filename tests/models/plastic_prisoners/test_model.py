@@ -12,7 +12,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.report import content
-from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_prisoners.matches import compute_payoffs
 from baldwinlab.models.plastic_prisoners.model import PlasticPrisoners
@@ -23,8 +22,8 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     STRATEGY_OF_GENOME,
 )
 from baldwinlab.parts import MatrixView
-from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.results import open_assay
+from tests.models.runs import simulate_runs
 from tests.oracles.models import evaluate_plastic_prisoners
 
 ROUNDS = 50
@@ -182,16 +181,6 @@ def test_fitness_is_the_mean_payoff_against_all_others() -> None:
             ]
             assert results.energy[run, agent] == pytest.approx(np.mean(expected), abs=1e-12)
             assert STRATEGIES[results.records["strategy"][run, agent]] == NAMES[genome]
-    single = model.simulate(7, [5], 3, population[1:])
-    assert (single.energy[0] == results.energy[1]).all() and (results.cost == 0).all()
-
-
-def test_bits_of_founders_are_0_and_1_in_equal_shares() -> None:
-    genomes = np.concatenate(
-        [draw_genomes(bl.load("meta-pavlov"), GenerationKey(0, run, 0)) for run in range(5)]
-    )
-    assert set(np.unique(genomes)) == {0, 1} and genomes.shape[1:] == (1, 8)
-    assert genomes.mean(axis=0)[0] == pytest.approx([0.5] * 8, abs=4 * 0.5 / np.sqrt(len(genomes)))
 
 
 def strategy_numbers(strategies: list[list[str]]) -> npt.NDArray[np.int8]:
@@ -253,9 +242,7 @@ def test_the_competitor_is_the_most_frequent_strategy_of_most_other_runs() -> No
 
 def test_a_report_has_the_shares_of_plasticity_and_of_the_outstanding_strategy() -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
-    study = xr.concat(
-        [history.dataset() for history in simulate_histories(experiment, 0, range(2))], "run"
-    ).expand_dims(condition=["meta-pavlov"])
+    study = simulate_runs(experiment, 0, 2).expand_dims(condition=["meta-pavlov"])
     shares = content.compute_shares(study, {"meta-pavlov": experiment})
     plastic = study["genome"].isel(weight=slice(4, 8)).mean(("agent", "module", "weight"))
     assert list(shares) == ["plasticity", "[x00x]"]

@@ -1,0 +1,124 @@
+"""Variation operators of bits and of the alleles 0, 1 and ?."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from baldwinlab.engine.simd import ONE
+from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
+from baldwinlab.models.kit import UNSET_ALLELE
+from baldwinlab.parts import Field, Mating, Variation
+
+
+class DiscreteVariation(Variation):
+    """Base class of operators that mutate each gene with the mutation rate."""
+
+    reads = ("mutation_rate",)
+
+
+class BitFlips(DiscreteVariation, name="bit-flips"):
+    """Copy of one parent, drawn at random; each bit can flip.
+
+    References
+    ----------
+    Mayley 1996.
+    """
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        n_modules = child.shape[0]
+        n_bits = child.shape[1]
+        for module in range(n_modules):
+            for bit in range(n_bits):
+                inherited = fitter[module, bit] if mating.gate < 0.5 else second[module, bit]
+                flips = mating.draws[module * n_bits + bit, 1] < part.mutation_rate
+                child[module, bit] = np.float32(1) - inherited if flips else inherited
+
+
+class OnePointOfBits(DiscreteVariation, name="one-point-bits"):
+    """One-point crossover of bits; then each bit can flip.
+
+    References
+    ----------
+    Floreano and Urzelai 2000.
+    """
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        n_modules = child.shape[0]
+        module_size = child.shape[1]
+        # The cut is a position in the list of the genes of all modules.
+        cut = draw_cut(mating.gate, child.size)
+        for module in range(n_modules):
+            for bit in range(module_size):
+                gene = module * module_size + bit
+                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
+                inherited = parent[module, bit]
+                flips = mating.draws[gene, 1] < part.mutation_rate
+                child[module, bit] = ONE - inherited if flips else inherited
+
+
+class OnePointOfAlleles(DiscreteVariation, name="one-point-alleles"):
+    """One-point crossover of the alleles 0, 1 and ?; then mutation to 0, 1 or ?.
+
+    References
+    ----------
+    Hinton and Nowlan 1987.
+    """
+
+    mutation_law: Literal["uniform", "founders"] = Field(
+        "uniform",
+        description=(
+            "Distribution of mutated alleles. uniform: 0, 1 and ? alike; founders: as"
+            " among the founders."
+        ),
+    )
+    derived = {
+        # Three times the share of 0, because `vary` draws a number from (0, 3).
+        "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
+    }
+
+    def zero_share(self, experiment: Any) -> float:
+        """Return the share of 0 among mutated alleles. It equals the share of 1."""
+        if self.mutation_law == "founders":
+            return float((1 - experiment.model_part.initial_unset_share) / 2)
+        return 1 / 3
+
+    def check(self, experiment: Any) -> None:
+        has_shares = experiment.model != "miniworld" and hasattr(
+            experiment.model_part, "initial_unset_share"
+        )
+        if self.mutation_law == "founders" and not has_shares:
+            raise ValueError(
+                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share "
+                "of ? among the founders: "
+                f"hinton-nowlan or moving-needle, and not {experiment.model!r}"
+            )
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        # The cut is a position in the list of the genes of all modules.
+        cut = draw_cut(mating.gate, child.size)
+        for module in range(child.shape[0]):
+            for locus in range(child.shape[1]):
+                gene = module * child.shape[1] + locus
+                parent = fitter if is_from_fitter(gene, cut, mating.draws[0, 0]) else second
+                child[module, locus] = parent[module, locus]
+                if mating.draws[gene, 1] < part.mutation_rate:
+                    draw = 3.0 * mating.draws[gene, 2]
+                    is_not_zero = draw >= part.three_zero_shares
+                    is_one = draw >= 3.0 - part.three_zero_shares
+                    # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
+                    n_halves = int(is_not_zero) + int(is_one)
+                    child[module, locus] = np.float32(n_halves) * np.float32(UNSET_ALLELE)

@@ -1,0 +1,201 @@
+"""Every model of the registry has founders, lifetimes, measures and views as it declares them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab import papers
+from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment.registry import LIBRARY, table_name
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.parts import Model
+from baldwinlab.parts.views import arrays_of
+from tests.models.test_every_model import SHORT_RUNS
+
+MODELS = tuple(LIBRARY["model"])
+AGENTS = 12
+SEED = 5
+GENERATION = 33
+RUNS = (2, 7)
+
+
+@cache
+def make_short_model(name: str) -> Model:
+    experiment = assign(bl.load(name), SHORT_RUNS.get(name, []))
+    model: Model = experiment.model_part
+    return model
+
+
+def draw_founders(model: Model) -> Any:
+    """Return founders [run, agent, module, weight]."""
+    keys = [GenerationKey(SEED, run, 0) for run in RUNS]
+    return np.stack([model.founders(AGENTS, key) for key in keys])
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_founders_have_the_declared_layout_and_alleles(name: str) -> None:
+    model = make_short_model(name)
+    founders = draw_founders(model)
+    assert founders.dtype == np.float32
+    assert founders.shape == (2, AGENTS, len(model.modules), model.n_weights())
+    assert np.isfinite(founders).all() or model.infinite_genes
+    assert not model.alleles or set(np.unique(founders)) <= set(model.alleles.values())
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_lifetimes_have_the_declared_records_and_do_not_depend_on_other_runs(name: str) -> None:
+    model = make_short_model(name)
+    founders = draw_founders(model)
+    genomes = founders.copy()
+    both = model.simulate(SEED, RUNS, GENERATION, genomes)
+    np.testing.assert_array_equal(genomes, founders)
+    assert both.energy.dtype == both.cost.dtype == np.float64
+    assert both.records.keys() == model.records.keys()
+    for record, values in both.records.items():
+        assert values.dtype == np.dtype(model.records[record].dtype)
+        assert values.shape == (2, AGENTS)
+    assert both.learned is None or both.learned.dtype == np.float32
+    single = model.simulate(SEED, RUNS[1:], GENERATION, founders[1:])
+    np.testing.assert_array_equal(both.energy[1], single.energy[0])
+    np.testing.assert_array_equal(both.cost[1], single.cost[0])
+    for record, values in both.records.items():
+        np.testing.assert_array_equal(values[1], single.records[record][0])
+    if both.learned is not None and single.learned is not None:
+        assert both.learned.shape == (2, AGENTS, model.n_weights())
+        np.testing.assert_array_equal(both.learned[1], single.learned[0])
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_without_learning_a_model_does_not_learn_and_has_no_cost(name: str) -> None:
+    model = make_short_model(name)
+    control = model.without_learning()
+    assert not control.learns
+    assert control.without_learning() == control
+    results = control.simulate(SEED, RUNS, GENERATION, draw_founders(control))
+    assert (results.cost == 0).all()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_declared_names_are_those_of_settings_and_records(name: str) -> None:
+    model = make_short_model(name)
+    settings = {model.learning_amount, model.lifetime_steps, *model.settings_without_learning}
+    assert settings - {""} <= set(type(model).model_fields)
+    records = {model.clock, model.innate_trait, model.learning_time}
+    assert records - {""} <= set(model.records)
+    assert {model.learned_distance} - {""} <= {*model.records, *model.shares}
+    assert model.steps >= 1
+    assert model.assimilation_obstacle == "" or model.assimilation_obstacle.endswith(".")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_measures_have_one_value_per_run(name: str) -> None:
+    short = [*SHORT_RUNS.get(name, []), "evolution.generations=2", "evolution.elite=0"]
+    size = [] if name == "erl-populations" else [f"population.size={AGENTS}"]
+    experiment = assign(bl.load(name), [*short, *size])
+    runs = bl.simulate(experiment, seed=SEED).expand_dims(run=[0])
+    for measure in experiment.model_part.all_measures().values():
+        assert measure.of(runs).dims == ("run",)
+    for share in experiment.model_part.all_shares().values():
+        assert set(share.of(runs).dims) == {"run", "generation"}
+
+
+def test_views_have_arrays() -> None:
+    models = [model for model in map(make_short_model, MODELS) if model.views]
+    assert models
+    key = GenerationKey(SEED, RUNS[0], GENERATION)
+    for model in models:
+        for view in model.views.values():
+            assert view.description.endswith(".")
+            assert arrays_of(view.make_data(model, key, draw_founders(model)[0], 1))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_settings_are_written_and_read(name: str) -> None:
+    experiment = assign(bl.load(name), [*SHORT_RUNS.get(name, []), "evolution.generations=2"])
+    assert from_toml(to_toml(experiment), source="file") == experiment
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_numbers_beyond_their_limits_are_refused(name: str) -> None:
+    experiment = bl.load(name)
+    limits: list[tuple[str, Any]] = [
+        (f"{table_name(name)}.{setting}", limit)
+        for setting, field in type(experiment.model_part).model_fields.items()
+        for limit in field.metadata
+    ]
+    values = [
+        *((path, limit.ge - 1) for path, limit in limits if hasattr(limit, "ge")),
+        *((path, limit.gt) for path, limit in limits if hasattr(limit, "gt")),
+        *((path, limit.le + 1) for path, limit in limits if hasattr(limit, "le")),
+    ]
+    assert values
+    for path, value in values:
+        with pytest.raises(ExperimentError, match=rf"^{path} = {value}: input should be "):
+            assign(experiment, [f"{path}={value}"])
+
+
+# Condition with learning -> its control without learning, on the same map.
+CONTROLS = {
+    "ackley-littman-1991": {"ERL": "E", "L": "F"},
+    "borenstein-2006": {"learning-walk": "fixed-walk", "random-walk": "fixed-walk"},
+    "hinton-nowlan-1987": {"guessing": "never-guessing"},
+    "keesing-stork-1991": {"trials-20": "trials-0", "trials-320": "trials-0"},
+    "lande-2009": {"plastic-norms": "fixed-norms"},
+    "le-2018": {"guessing": "not-guessing"},
+    "mayley-1996": {"climbing": "not-climbing", "costly-climbing": "not-climbing"},
+    "mery-kawecki-2004": {"learning-flies": "innate-flies"},
+    "nolfi-elman-parisi-1994": {"predicting": "predicting-rate-0"},
+    "nolfi-parisi-1993": {"auto-teaching": "auto-teaching-rate-0"},
+    "paenke-2007": {"stepping": "not-stepping"},
+    "soltoggio-2008": {"plain-plasticity": "no-plasticity"},
+    "suzuki-arita-2004": {"meta-pavlov": "no-meta-pavlov"},
+    "todd-miller-1991": {"hebbian": "not-hebbian"},
+    "whitley-1994": {"baldwinian": "genetic-search", "lamarckian": "genetic-search"},
+}
+
+
+@pytest.mark.parametrize("paper", CONTROLS)
+def test_a_control_of_a_paper_is_its_condition_without_learning(paper: str) -> None:
+    for learner, control in CONTROLS[paper].items():
+        for suffix in [f"/{name}" for name in papers.load(paper).names("maps")] or [""]:
+            model = bl.load(f"{paper}:{learner}{suffix}").model_part
+            assert model.learns
+            expected = bl.load(f"{paper}:{control}{suffix}").model_part
+            assert model.without_learning() == expected
+
+
+# An experiment, changes of its settings, and mean and standard deviation of all genes of founders.
+FOUNDERS = [
+    ("bandit-explorers", "", 5, 10 / 12**0.5),
+    ("cell-foragers", "", 0, 1 / 3**0.5),
+    ("egg-layers", "egg_layers.initial_std=0.4", -2, 0.4),
+    ("function-climbers", "", 0.5, 0.5),
+    ("hinton-nowlan", "", 0.5, 8**-0.5),
+    ("light-switch", "", 0.5, 0.5),
+    ("moving-needle", "", 0.5, 8**-0.5),
+    ("moving-optimum", "moving_optimum.initial_std=0.4", 0, 0.4),
+    ("plastic-elements", "", 0.5, 0),
+    ("plastic-elements", "plastic_elements.initial_unset_share=0.5", 0.5, 8**-0.5),
+    ("plastic-prisoners", "", 0.5, 0.5),
+    ("slope-climbers", "slope_climbers.initial_std=0.3", 0.75, 0.3),
+    ("t-mazes", "", 0, 1 / 3**0.5),
+    ("two-state-forager", "", 0.5, 0.5),
+]
+
+
+@pytest.mark.parametrize(("name", "change", "mean", "std"), FOUNDERS)
+def test_genes_of_founders_have_their_distribution(
+    name: str, change: str, mean: float, std: float
+) -> None:
+    experiment = assign(bl.load(name), [*change.split(), "population.size=4000"])
+    genes = draw_genomes(experiment, GenerationKey(SEED, 0, 0)).astype(np.float64)
+    for position in np.ndindex(genes.shape[1:]):
+        sample = genes[:, *position]
+        assert sample.mean() == pytest.approx(mean, abs=5 * std / len(sample) ** 0.5)
+        assert sample.std() == pytest.approx(std, rel=0.1)
