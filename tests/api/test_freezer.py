@@ -194,7 +194,7 @@ def test_a_study_with_founders_works_without_the_other_study(
     study.extend(3, runs=2)
     assert study.assay("innate").sizes["run"] == 2
     assert study.replay(run=0, generation=0).sizes["agent"] == 20
-    study.to_csv(tmp_path / "new.csv")
+    study.export(tmp_path / "new.csv")
     repeated = bl.open_study(tmp_path / "renamed").genomes(1, 2, condition="evo/A").values
     np.testing.assert_array_equal(study.genomes(1, 0).values, repeated)
 
