@@ -68,6 +68,7 @@ else:
 
 _CONTENTS = " ".join(f"{format.name}: {format.content}." for format in FORMATS.values())
 _SUFFIXES = ", ".join(list_suffixes(FORMATS))
+_WITHOUT_SOURCE = " and ".join(format.name for format in PAGE_FORMATS if not format.source)
 _WITHOUT_OUTPUT = " and ".join(list_without_output(FORMATS))
 
 
@@ -77,7 +78,7 @@ def export(
         HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
-            "experiment file (.toml). No default; explorable and lesson have none."
+            f"experiment file (.toml). No default; {_WITHOUT_SOURCE} have none."
         ),
     ] = "",
     /,

@@ -13,7 +13,7 @@ from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.patterns import CONDITION_NAME
 from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
-from baldwinlab.studies import part_sources
+from baldwinlab.studies.input_files import format_toml
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
@@ -146,7 +146,7 @@ def format_study(
         lines.append(f"changes = {json.dumps(list(changes))}")
     if first_run:
         lines.append(f"first_run = {first_run}")
-    lines += [*part_sources.format_toml(sources), "", "[factors]"]
+    lines += [*format_toml(sources), "", "[factors]"]
     # The points of a sweep have no factors.
     names_with_factors = () if kind == SWEEP else names
     for name in names_with_factors:

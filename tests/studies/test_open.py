@@ -170,6 +170,12 @@ def test_conditions_without_runs_are_null(tmp_path: Path) -> None:
     for file in study.files("b"):
         file.path.unlink()
     require_equal(study)
+    # A study without any run has an empty dataset.
+    for file in study.files("a"):
+        file.path.unlink()
+    energy = open_runs(tmp_path).energy
+    assert dict(energy.sizes) == {"condition": 2, "run": 0, "generation": 4, "agent": 20}
+    assert energy.values.size == 0
 
 
 def test_opening_reads_no_values_and_a_value_is_read_once(

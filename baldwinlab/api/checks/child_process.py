@@ -40,7 +40,7 @@ def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
 
     Yields one hash, or the key "problem" with the reason.
     """
-    from baldwinlab.api.checks.hashes import hash_runs, load_backend
+    from baldwinlab.api.checks.reproducibility import hash_runs, load_backend
     from baldwinlab.experiment import validate
 
     try:

@@ -138,9 +138,9 @@ def require_options(
 
 def refuse_option(option: str, users: Iterable[str], format: ExportFormat) -> None:
     """Raise RefusedError for an option that only other formats use."""
-    other_formats = " or ".join(users)
-    if other_formats:
-        raise RefusedError(f"{option} applies to --format {other_formats}, not {format.name}")
+    names = list(users)
+    if names:
+        raise RefusedError(f"{option} applies to --format {_join(names)}, not {format.name}")
     raise RefusedError(f"{option} does not apply to --format {format.name}")
 
 

@@ -157,13 +157,13 @@ SENTENCES = {
     "--out x.xlsx": "--out x.xlsx must end in .csv for csv, .onnx for onnx, .parquet for parquet, "
     ".trees for tskit, .zarr for zarr or .html for page; or give --format",
     "--out x.csv --seed 3": "--seed applies to --format page, not csv",
-    "--out x.csv --part x.py": "--part applies to --format onnx or phylogeny or ro-crate or tskit "
-    "or page, not csv",
+    "--out x.csv --part x.py": "--part applies to --format onnx, phylogeny, ro-crate, tskit or "
+    "page, not csv",
     "": "--out is missing: give a file that ends in .csv, .onnx, .parquet, .trees, .zarr or .html; "
     "only --format ro-crate or lesson needs no file",
     "--format csv": "--out is missing: --format csv needs the name of a file",
-    "--format ro-crate --out x.json": "--out applies to --format csv or onnx or parquet or "
-    "phylogeny or tskit or zarr or page or explorable or lesson, not ro-crate",
+    "--format ro-crate --out x.json": "--out applies to --format csv, onnx, parquet, "
+    "phylogeny, tskit, zarr, page, explorable or lesson, not ro-crate",
     "--format csv --out x.txt": "--out x.txt must end in .csv, as --format csv needs",
     "--out no/x.zarr": "--out no/x.zarr: the folder no does not exist. Create it or choose another "
     "path.",
