@@ -164,11 +164,7 @@ def _read_completeness(
 
 
 def provenance(study: StudyStore) -> dict[str, Any]:
-    """Return the provenance of a study for its report.
-
-    Returns seed, sentences about the changed model and a sample of the runs, versions, platform,
-    and the agent-steps, seconds and numbers of workers of all sessions.
-    """
+    """Return the seed, changes, sample, versions and computing time of a study for its report."""
     sessions = list(study.sessions())
     return {
         "seed": study.seed,

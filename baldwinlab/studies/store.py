@@ -152,10 +152,7 @@ class StudyStore:
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
-        """Check that the third-party parts of conditions are loaded and unchanged.
-
-        `*conditions`: names of conditions; all if none is given.
-        """
+        """Check that the parts of conditions, by default of all, are loaded and unchanged."""
         require_same_parts(
             self.location, self.parts, map(self.experiment, conditions or self.experiments)
         )
@@ -204,10 +201,7 @@ class StudyStore:
     def records(
         self, condition: str, selected_runs: Container[int] | None = None
     ) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each selected run, and read each file once.
-
-        `selected_runs`: default: all runs.
-        """
+        """Yield the number and the record of each (selected) run, and read each file once."""
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:

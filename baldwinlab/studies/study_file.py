@@ -33,10 +33,7 @@ def require_format(content: Mapping[str, Any]) -> None:
 
 
 def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, Factors]]:
-    """Return the kind and the factors in the content of `study.toml`.
-
-    Raises KeyError or ValueError for invalid content.
-    """
+    """Return the kind and the factors in `study.toml`. Raise KeyError or ValueError."""
     kind = content["kind"]
     tables = content["factors"]
     if kind not in STUDY_KINDS:
@@ -91,10 +88,7 @@ def require_valid_contents(seed: Any, names: Any) -> None:
 
 
 def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the assignments that changed the model of the paper.
-
-    Raises ValueError if they are not a list of strings.
-    """
+    """Return the assignments that changed the model of the paper, or raise ValueError."""
     changes = content.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
         raise ValueError(

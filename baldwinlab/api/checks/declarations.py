@@ -26,6 +26,10 @@ RELATIVE_STEP: Final = 1e-6
 """Distance of a tested real number from its limit, relative to the limit and at least to 1."""
 
 
+PACKAGE_PREFIX: Final = "baldwinlab."
+POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
+
+
 def check_declarations(group: PartGroup) -> str:
     """Check that fields have descriptions, numbers have limits, and settings are declared."""
     for part in group.parts:
@@ -137,9 +141,6 @@ def check_views(group: PartGroup) -> str:
     return ", ".join(model.views)
 
 
-PACKAGE_PREFIX: Final = "baldwinlab."
-
-
 class OracleSignature(NamedTuple):
     """The contract of an oracle."""
 
@@ -199,7 +200,6 @@ ORACLES: Final = {
     ),
 }
 """The contracts, by the kind of part. A hook in `POPULATION_HOOKS` has another contract."""
-POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
 
 
 def oracle_key(part: type[Part]) -> str:
@@ -212,11 +212,7 @@ def oracle_key(part: type[Part]) -> str:
 
 
 def require_oracle_signature(group: PartGroup) -> str:
-    """Check the signature of the oracle of each part.
-
-    Returns a remark if no part has an oracle, or an empty string. Raises `FailsError` if an oracle
-    has other arguments than the contract of its kind.
-    """
+    """Check the signature of the oracle of each part."""
     parts = [part for part in group.parts if hasattr(part, "oracle") and part.kind in ORACLES]
     for part in parts:
         require_signature(part)
@@ -242,10 +238,7 @@ def require_signature(part: Any) -> None:
 
 
 def verified_hooks(part: type[Part]) -> list[str]:
-    """Return the hooks of a part that its oracle verifies.
-
-    The result is empty if the part has no oracle.
-    """
+    """Return the hooks of a part that its oracle verifies."""
     contract = ORACLES.get(oracle_key(part))
     if contract is None or not hasattr(part, "oracle"):
         return []

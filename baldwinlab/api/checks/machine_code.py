@@ -50,11 +50,13 @@ LIBM_SYMBOL: Final = re.compile(
 RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 
 
-def check_arithmetic(group: PartGroup) -> str:
-    """Check that the hooks of parts use portable arithmetic.
+BASELINES: Final = {"learning rule": "self-taught"}
+"""The built-in part to compare with; by default, the first one of the kind."""
+N_ROUNDS: Final = 5
 
-    Returns a remark, or an empty string.
-    """
+
+def check_arithmetic(group: PartGroup) -> str:
+    """Check that the hooks of parts use portable arithmetic."""
     hooks = [(part, name) for part in group.parts for name in overridden_hooks(part)]
     if not hooks:
         return "it has no hooks"
@@ -123,11 +125,6 @@ def _argument_types(group: PartGroup, part: type[Part], hook: str) -> dict[str, 
         "state": numba.typeof(state),
         "model": numba.typeof(make_model(group.experiment, 1)),
     }
-
-
-BASELINES: Final = {"learning rule": "self-taught"}
-"""The built-in part to compare with; by default, the first one of the kind."""
-N_ROUNDS: Final = 5
 
 
 def measure_speed(group: PartGroup) -> str:

@@ -9,9 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.api.checks.array_access import HookError, UnwrittenError, Watch
-from baldwinlab.api.checks.cases import Case, make_cases
 from baldwinlab.api.checks.findings import CheckFinding, locate_error
-from baldwinlab.api.checks.fixture import PartGroup
+from baldwinlab.api.checks.fixture import Case, PartGroup, make_cases
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, Process, ProcessEndError
 from baldwinlab.api.checks.reproducibility import hash_runs
 from baldwinlab.core.errors import BaldwinLabError
@@ -57,10 +56,7 @@ def _add_case(message: str, case: Case) -> str:
 
 
 def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome]]:
-    """Simulate all groups under each pattern of unwritten memory, in one process per pattern.
-
-    Returns the outcomes, [pattern][group].
-    """
+    """Return the outcomes [pattern][group]. Each pattern of unwritten memory has a process."""
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [
         PLAIN_ENVIRONMENT | {poison.ENVIRONMENT_VARIABLE: str(number)} for number in poison.PATTERNS

@@ -12,9 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.api.checks.cases import Case, make_cases
 from baldwinlab.api.checks.findings import FailsError, NotCheckedError
-from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
+from baldwinlab.api.checks.fixture import Case, PartGroup, is_of_miniworld, make_cases
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, SIMULATOR_ENVIRONMENT, Process
 from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, draw_genomes
@@ -27,6 +26,18 @@ from baldwinlab.simulation.simulate import simulate_batch
 UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]
 """A hash for each run."""
+
+
+BLOCK_RUNS: Final = range(17)
+"""Seventeen runs. Sixteen of them fill a SIMD block."""
+BATCH_RUNS: Final = range(5)
+"""Runs of a batch."""
+RUNS_ALONE: Final = (0, 3)
+"""Runs of the batch that are also simulated alone."""
+INTERRUPTED_STEPS: Final = (7, 8)
+"""Steps at which a lifetime is interrupted."""
+SIMULATED_POPULATIONS: Final = (2, 17)
+"""Numbers of agents for the slow simulator of a GPU: one case for each update."""
 
 
 def hash_runs(
@@ -58,10 +69,7 @@ def make_update_variants(group: PartGroup) -> list[Any]:
 
 
 def describe_update(experiment: BaseExperiment) -> str:
-    """Return the update of an experiment as the start of a sentence.
-
-    The result is empty for another model than MiniWorld.
-    """
+    """Return the update of MiniWorld as the start of a sentence, "" for another model."""
     update = getattr(getattr(experiment, "lifetime", None), "update", "")
     return f"under the {update} update, " if update else ""
 
@@ -74,23 +82,8 @@ def load_backend(name: str) -> Any:
         raise ValueError(f"the backend {name!r} cannot be loaded: {error}") from None
 
 
-BLOCK_RUNS: Final = range(17)
-"""Seventeen runs. Sixteen of them fill a SIMD block."""
-BATCH_RUNS: Final = range(5)
-"""Runs of a batch."""
-RUNS_ALONE: Final = (0, 3)
-"""Runs of the batch that are also simulated alone."""
-INTERRUPTED_STEPS: Final = (7, 8)
-"""Steps at which a lifetime is interrupted."""
-SIMULATED_POPULATIONS: Final = (2, 17)
-"""Numbers of agents for the slow simulator of a GPU: one case for each update."""
-
-
 def check_compilation(group: PartGroup) -> str:
-    """Compile the experiment with both updates.
-
-    Raises `PartError` if a hook cannot be compiled.
-    """
+    """Compile the experiment with both updates."""
     compile_experiments(make_update_variants(group))
     return ""
 
@@ -220,10 +213,7 @@ def check_simulator(group: PartGroup) -> str:
 def _simulate_in_process(
     group: PartGroup, cases: Sequence[Case], backend: str, environment: Mapping[str, str]
 ) -> dict[str, Bits]:
-    """Return the hashes of run 0 by case, from another process.
-
-    Raise NotCheckedError if the backend is not available.
-    """
+    """Return the hashes of run 0 by case. Raise NotCheckedError without the backend."""
     experiments = [case.experiment.to_dict() for case in cases]
     request = {"experiments": experiments, "seed": group.seed, "backend": backend}
     answers = list(Process("simulate", group.parts, environment, **request).answers())

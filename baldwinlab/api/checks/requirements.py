@@ -57,10 +57,7 @@ COMPILED: Final[Mapping[str, Requirement]] = {
 
 
 def check_requirement(name: str, groups: Sequence[PartGroup], command: str) -> list[CheckFinding]:
-    """Check a requirement, and return the findings.
-
-    Returns one finding, and for "oracle" one for each hook that no oracle verifies.
-    """
+    """Return the finding of a requirement, and for "oracle" those of hooks without an oracle."""
     description, check = {**DECLARED, **COMPILED}[name]
     finding = _check_groups(description, check, groups, command)
     if name != "oracle":

@@ -24,9 +24,19 @@ from baldwinlab.models.miniworld.external_actions import (
 )
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 
+try:
+    from gymnasium import error, spaces
+except ImportError:
+    raise missing_extra_error("rl", "an environment") from None
+
 Image = npt.NDArray[np.uint8]
 """Array [row, column, (red, green, blue)]."""
 DEGREES_PER_TURN = 360
+SEED_LIMIT: Final = 2**32
+"""Seeds are less than this limit, because the key of the random numbers has 32 bits."""
+RENDER_MODES: Final = ("human", "rgb_array")
+RENDER_FPS: Final = 25
+"""Images per second of a recorded video or of a window. An image shows one step."""
 
 
 class LifetimeImages:
@@ -95,18 +105,6 @@ class LifetimeImages:
         return np.asarray(SceneRenderer(scene).frame(last_state), np.uint8)
 
 
-try:
-    from gymnasium import error, spaces
-except ImportError:
-    raise missing_extra_error("rl", "an environment") from None
-
-SEED_LIMIT: Final = 2**32
-"""Seeds are less than this limit, because the key of the random numbers has 32 bits."""
-RENDER_MODES: Final = ("human", "rgb_array")
-RENDER_FPS: Final = 25
-"""Images per second of a recorded video or of a window. An image shows one step."""
-
-
 class ResetNeededError(RefusedError, error.ResetNeeded):
     """A step or an image before the first reset, or a step after the end of a lifetime."""
 
@@ -133,6 +131,8 @@ class SteeredWorlds:
                 "choose an experiment of the model 'miniworld'"
             )
         worlds = require_whole_number("worlds", worlds)
+        if render_mode == "human":
+            raise RefusedError("render_mode = 'human' needs single_env; use 'rgb_array' for images")
         if render_mode not in (None, *RENDER_MODES):
             raise ArgumentError("render_mode", render_mode, f"must be one of {RENDER_MODES}")
         appearance = _require_constant_spaces(experiment)
@@ -204,10 +204,7 @@ class SteeredWorlds:
         return results
 
     def draw(self) -> list[Image]:
-        """Draw the current step of each world. The list is empty without a render mode.
-
-        Returns images, [row, column, (red, green, blue)].
-        """
+        """Draw the current step of each world. The list is empty without a render mode."""
         self._require_started("render")
         return [images.draw() for images in self._images]
 
