@@ -20,6 +20,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import stringify_annotation
 
+from baldwinlab.cli.export import FORMATS
 from baldwinlab.core import variables
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.core.variables import Variable
@@ -54,8 +55,8 @@ RESULT_CLASSES: Final = {
     "baldwinlab.Study",
     "baldwinlab.api.agents.AgentNetwork",
     "baldwinlab.api.checks.findings.CheckFinding",
-    "baldwinlab.api.checks.oracle_data.Agent",
-    "baldwinlab.api.checks.oracle_data.Item",
+    "baldwinlab.api.checks.reference.Agent",
+    "baldwinlab.api.checks.reference.Item",
     "baldwinlab.api.checks.reference.Naive",
     "baldwinlab.api.compete.Competition",
     "baldwinlab.api.freezer.FrozenFile",
@@ -211,6 +212,20 @@ def format_variables() -> str:
     return f"{text}## Order of the weights\n\n{order[0].upper()}{order[1:]}.\n"
 
 
+def format_exports() -> str:
+    """Return the table of export formats: content, options of the command, extra."""
+    rows = [
+        (
+            f"`{format.name}`",
+            format.content,
+            ", ".join(f"`--{option.name}`" for option in format.options),
+            f"`{format.extra}`" if format.extra else "",
+        )
+        for format in FORMATS.values()
+    ]
+    return format_table(("format", "content", "options", "extra"), rows)
+
+
 class Reference(SphinxDirective):
     """A table from the code. Its name is that of the directive, its content the argument."""
 
@@ -222,6 +237,8 @@ class Reference(SphinxDirective):
             text = format_parts(" ".join(self.content))
         elif self.name == "variables":
             text = format_variables()
+        elif self.name == "exports":
+            text = format_exports()
         else:
             text = format_fields(list_fields(Experiment))
         return self.parse_text_to_nodes(text, allow_section_headings=True)
@@ -347,7 +364,7 @@ def write_laboratories(app: Sphinx, error: Exception | None) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the extension with Sphinx."""
-    for name in ("parts", "settings", "variables"):
+    for name in ("exports", "parts", "settings", "variables"):
         app.add_directive(name, Reference)
     app.connect("source-read", extend_page)
     app.connect("autodoc-skip-member", skip_member)

@@ -13,8 +13,7 @@ from pathlib import Path
 from numpydoc.docscrape import ClassDoc
 
 from baldwinlab import parts
-from baldwinlab.api.checks import oracle_data
-from baldwinlab.api.checks.reference import Naive
+from baldwinlab.api.checks.reference import Agent, Item, Naive
 from baldwinlab.engine import rng
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
@@ -126,8 +125,8 @@ def test_the_page_has_every_helper_for_foragers() -> None:
 
 
 def test_every_attribute_of_a_class_for_parts_has_a_description() -> None:
-    classes = [Part, *KINDS, state.MiniWorldModel, state.State, oracle_data.Agent, oracle_data.Item]
-    for described in [*classes, Naive]:
+    classes = [Part, *KINDS, state.MiniWorldModel, state.State, Agent, Item, Naive]
+    for described in classes:
         entries = {entry.name for entry in ClassDoc(described)["Attributes"]}
         described_names = {name for entry in entries for name in entry.split(", ")}
         names = {name for name in inspect.get_annotations(described) if not name.startswith("_")}

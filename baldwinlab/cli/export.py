@@ -3,58 +3,73 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from inspect import Parameter as SignatureParameter
+from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any, Final, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_origin
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.export_formats import (
-    WRITERS,
-    ExportOptions,
-    Format,
-    Moment,
-    require_page_output,
+from baldwinlab.api.export.formats import (
+    ExportFormat,
+    list_suffixes,
+    list_without_output,
+    refuse_option,
+    require_options,
+    select_format,
+    study_formats,
+    write_export,
 )
+from baldwinlab.cli.export_pages import PAGE_FORMATS
 from baldwinlab.cli.options import (
     FLAG,
     HIDE_DEFAULT,
-    Assignments,
     OptionalInteger,
     Parts,
     load_parts,
 )
+from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import parse_location
+from baldwinlab.studies.store import StudyStore
 
-FORMAT_OF_ENDING: Final[Mapping[str, Format]] = {
-    ".csv": "csv",
-    ".parquet": "parquet",
-    ".zarr": "zarr",
-    ".trees": "tskit",
-    ".onnx": "onnx",
-    ".html": "page",
+FORMATS: Final[Mapping[str, ExportFormat]] = {
+    **study_formats(),
+    **{format.name: format for format in PAGE_FORMATS},
 }
-ENDING_OF_FORMAT: Final[Mapping[Format, str]] = {
-    **{format: ending for ending, format in FORMAT_OF_ENDING.items()},
-    "explorable": ".html",
-}
-# The formats to which an option applies. Other options apply to all formats.
-FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
-    "--part": ("page", "phylogeny", "tskit", "onnx", "ro-crate"),
-    "--set": ("page",),
-    "--seed": ("page",),
-    "--condition": ("phylogeny", "tskit", "onnx"),
-    "--run": ("phylogeny", "tskit", "onnx"),
-    "--generation": ("onnx",),
-    "--agent": ("onnx",),
-    "--at": ("onnx",),
-    "--author": ("ro-crate",),
-    "--license": ("ro-crate",),
-    "--out": tuple(format for format in get_args(Format) if format != "ro-crate"),
-}
-# The formats whose experiments are fixed.
-FORMATS_WITHOUT_SOURCE: Final[tuple[Format, ...]] = ("explorable", "lesson")
-# The formats that have a default output.
-FORMATS_WITH_DEFAULT_OUTPUT: Final[tuple[Format, ...]] = ("ro-crate", "lesson")
+
+
+def _list_option_types() -> dict[str, Any]:
+    """Return the type and the help of the options of all formats, by name."""
+    helps: dict[str, dict[str, list[str]]] = {}
+    types: dict[str, Any] = {}
+    for format in FORMATS.values():
+        for option in format.options:
+            types[option.name] = _make_optional(option.type)
+            # Formats with the same text share it.
+            helps.setdefault(option.name, {}).setdefault(option.help, []).append(format.name)
+    for name, formats_of_help in helps.items():
+        text = " ".join(f"{', '.join(users)}: {help}" for help, users in formats_of_help.items())
+        types[name] = Annotated[types[name], HIDE_DEFAULT, Parameter(help=text, negative="")]
+    return types
+
+
+def _make_optional(kind: Any) -> Any:
+    """Return the type of an option that can be omitted. An annotated type is one already."""
+    if get_origin(kind) is Annotated:
+        return kind
+    return OptionalInteger if kind is int else kind | None
+
+
+if TYPE_CHECKING:
+    FormatName = str
+else:
+    FormatName = Literal[*FORMATS]
+
+_CONTENTS = " ".join(f"{format.name}: {format.content}." for format in FORMATS.values())
+_SUFFIXES = ", ".join(list_suffixes(FORMATS))
+_WITHOUT_SOURCE = " and ".join(format.name for format in PAGE_FORMATS if not format.source)
+_WITHOUT_OUTPUT = " and ".join(list_without_output(FORMATS))
 
 
 def export(
@@ -63,76 +78,20 @@ def export(
         HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
-            "experiment file (.toml). No default; explorable and lesson have none."
+            f"experiment file (.toml). No default; {_WITHOUT_SOURCE} have none."
         ),
     ] = "",
     /,
     *,
     format: Annotated[
-        Format | None,
-        Parameter(
-            help="csv, parquet or zarr: all results. phylogeny: the parents of every agent. "
-            "tskit: the ancestry of every gene. onnx: the network of an agent. ro-crate: metadata "
-            "of the study. page: a laboratory. explorable: an essay on the Baldwin effect. "
-            "lesson: the teaching pack. Default: by the ending of --out."
-        ),
+        FormatName | None,
+        Parameter(help=f"{_CONTENTS} Default: by the ending of --out."),
     ] = None,
     out: Annotated[
         Path | None,
-        Parameter(
-            help="File to write: .csv, .parquet, .zarr, .trees, .onnx or .html; for lesson, a "
-            "folder, by default lessons. No default for other formats, except for ro-crate, which "
-            "writes ro-crate-metadata.json into the study."
-        ),
+        Parameter(help=f"File to write: {_SUFFIXES}. No default; {_WITHOUT_OUTPUT} need none."),
     ] = None,
     part: Parts = None,
-    assignments: Assignments = None,
-    seed: Annotated[
-        OptionalInteger,
-        Parameter(help="page: first seed. Default: the seed of the study, or 0."),
-    ] = None,
-    condition: Annotated[
-        str | None,
-        Parameter(
-            help="phylogeny, tskit, onnx: a condition. Default: all conditions; for tskit and "
-            "onnx, the only condition."
-        ),
-    ] = None,
-    run: Annotated[
-        OptionalInteger,
-        Parameter(
-            help="phylogeny, tskit, onnx: number of a run. Default: all runs; for tskit and onnx, "
-            "the only run."
-        ),
-    ] = None,
-    generation: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(help="onnx: number of a generation, from 0. No default."),
-    ] = None,
-    agent: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(help="onnx: number of an agent, from 0. No default."),
-    ] = None,
-    at: Annotated[
-        Moment | None,
-        HIDE_DEFAULT,
-        Parameter(help="onnx: weights at birth or at death. Default: birth."),
-    ] = None,
-    author: Annotated[
-        list[str] | None,
-        Parameter(
-            negative="",
-            help="ro-crate: name of an author, optionally followed by the address of an ORCID. "
-            "Repeat the option for several authors.",
-        ),
-    ] = None,
-    license: Annotated[
-        str,
-        HIDE_DEFAULT,
-        Parameter(help="ro-crate: license of the study, an address or an SPDX name: CC-BY-4.0."),
-    ] = "",
     force: Annotated[
         bool,
         FLAG,
@@ -141,13 +100,12 @@ def export(
             "also run if less memory is free than the estimate."
         ),
     ] = False,
+    **options: Any,
 ) -> None:
     """Write a study for third-party tools, or a page that simulates in the browser of its reader.
 
-    A table (csv, parquet) has one row per agent. A phylogeny is CSV in the ALife data standard. A
-    page is one HTML file that needs no server. Its results are bit-identical to those in Python.
-    The explorable is such a file, too: an essay whose pictures simulate. A lesson is a folder of
-    pages: lessons, worksheets, answers, and two pages that simulate.
+    A page is one HTML file that needs no server. Its results are bit-identical to those in Python.
+    A lesson is a folder of pages: lessons, worksheets, answers, and two pages that simulate.
 
     For example:
 
@@ -159,90 +117,44 @@ def export(
         baldwinlab export --format explorable --out baldwin.html
         baldwinlab export --format lesson
     """
-    export_format = format or _find_format(out)
-    _require_source(source, export_format)
-    _require_applicable(
-        export_format,
-        {
-            "--part": part,
-            "--set": assignments,
-            "--seed": seed,
-            "--condition": condition,
-            "--run": run,
-            "--generation": generation,
-            "--agent": agent,
-            "--at": at,
-            "--author": author,
-            "--license": license,
-            "--out": out,
-        },
-    )
-    options = ExportOptions(
-        source=source,
-        format=export_format,
-        out=out,
-        assignments=assignments or [],
-        seed=seed,
-        condition=condition,
-        run=run,
-        generation=generation,
-        agent=agent,
-        moment=at or "birth",
-        authors=author or [],
-        license=license,
-        force=force,
-    )
-    if export_format in ("page", "explorable"):
-        # Check the output before the engine is loaded, which takes a while.
-        require_page_output(options)
+    selected = select_format(FORMATS, format, out)
+    _require_source(source, selected)
+    if part and not selected.uses_parts:
+        users = [other.name for other in FORMATS.values() if other.uses_parts]
+        refuse_option("--part", users, selected)
+    given = {name: value for name, value in options.items() if value is not None}
+    require_options(FORMATS, selected, out, given)
     load_parts(part)
-    WRITERS[export_format](options)
+    location = StudyStore(parse_location(source)) if selected.source == "study" else source
+    console.info(write_export(FORMATS, selected, location, out, given, force=force))
 
 
-def _find_format(out: Path | None) -> Format:
-    """Return the format of a file ending. Raise RefusedError for a missing or other ending."""
-    if out is None:
-        raise RefusedError(
-            "--out is missing: give a file that ends in .csv, .parquet, .zarr, .trees, .onnx or "
-            ".html; only --format ro-crate needs no file"
-        )
-    if out.suffix not in FORMAT_OF_ENDING:
-        raise RefusedError(
-            f"--out {out} must end in .html for a page, .trees for a tree sequence, .onnx for a "
-            "network, or in .zarr, .parquet or .csv for the results of a study; or give --format"
-        )
-    return FORMAT_OF_ENDING[out.suffix]
-
-
-def _require_source(source: str, export_format: Format) -> None:
+def _require_source(source: str, format: ExportFormat) -> None:
     """Raise RefusedError if a study or preset is missing, or has no effect."""
-    is_fixed = export_format in FORMATS_WITHOUT_SOURCE
-    if is_fixed and source:
+    if source and not format.source:
         raise RefusedError(
-            f"{source} does not apply to --format {export_format}: its experiments are fixed"
+            f"{source} does not apply to --format {format.name}: its experiments are fixed"
         )
-    if not is_fixed and not source:
+    if format.source and not source:
         raise RefusedError(
-            f"SOURCE is missing: --format {export_format} needs the directory of a study"
+            f"SOURCE is missing: --format {format.name} needs the directory of a study"
         )
 
 
-def _require_applicable(export_format: Format, values: Mapping[str, Any]) -> None:
-    """Raise RefusedError for an option that the format does not use, and for a wrong --out.
+def _add_options() -> None:
+    """Replace `**options` in the signature of the command by the options of all formats."""
+    types = _list_option_types()
+    own_signature = signature(export)
+    parameters = [
+        parameter
+        for parameter in own_signature.parameters.values()
+        if parameter.kind is not SignatureParameter.VAR_KEYWORD
+    ]
+    parameters += [
+        SignatureParameter(name, SignatureParameter.KEYWORD_ONLY, default=None) for name in types
+    ]
+    export.__annotations__ |= types
+    export.__signature__ = own_signature.replace(parameters=parameters)  # type: ignore[attr-defined]
 
-    `values` are the values of the options, by option.
-    """
-    for option, value in values.items():
-        is_given = value is not None and value != ""
-        formats = FORMATS_OF_OPTION[option]
-        if is_given and export_format not in formats:
-            raise RefusedError(
-                f"{option} applies to --format {' or '.join(formats)}, not {export_format}"
-            )
-    out = values["--out"]
-    if out is None and export_format not in FORMATS_WITH_DEFAULT_OUTPUT:
-        raise RefusedError(f"--out is missing: --format {export_format} needs the name of a file")
 
-    ending = ENDING_OF_FORMAT.get(export_format)
-    if ending and out.suffix != ending:
-        raise RefusedError(f"--out {out} must end in {ending}, as --format {export_format} needs")
+_add_options()

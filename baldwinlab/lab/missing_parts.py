@@ -12,7 +12,7 @@ from typing import Final
 from baldwinlab.core.errors import BaldwinLabError, PartError
 from baldwinlab.lab import Lab
 from baldwinlab.lab.study_access import require_inside
-from baldwinlab.studies.part_sources import PartRecord, stored_source
+from baldwinlab.studies.input_files import PartRecord, stored_source
 from baldwinlab.studies.store import StudyStore
 
 # Placeholder of a file whose path only the user knows.

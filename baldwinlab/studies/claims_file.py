@@ -25,10 +25,7 @@ def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None
 
 
 def read_claims(study: StudyStore) -> list[dict[str, Any]]:
-    """Read the claims of a study, each with `id` and `verdict` as text.
-
-    Returns the claims that `write_claims` stored, empty if no report exists yet.
-    """
+    """Read the claims of a study, each with `id` and `verdict`; none if no report exists yet."""
     path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {quote_path(study.directory)}` makes it again"
     if not path.exists():

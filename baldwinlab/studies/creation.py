@@ -20,8 +20,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import iterate_file_tables, require_files
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.studies import part_sources
-from baldwinlab.studies.input_files import name_copies, write_copies
+from baldwinlab.studies.input_files import collect_sources, name_copies, save_sources, write_copies
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, read_experiment
 from baldwinlab.studies.study_file import add_checksum, format_study
@@ -71,7 +70,7 @@ def create_study(
         raise StudyError(f"{directory} is inside the study {outer_study}. Choose another path.")
     is_new = False
     if not is_study(directory):
-        sources = part_sources.collect_sources(experiments)
+        sources = collect_sources(experiments)
         for experiment in experiments:
             require_files(experiment, where="")
         text = add_checksum(
@@ -130,7 +129,7 @@ def _write_study(
     experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
     for experiment in experiments_in_order:
         _write_experiment(directory, experiment)
-    part_sources.save_sources(directory, sources)
+    save_sources(directory, sources)
     try:
         write_exclusively(directory / STUDY_FILE_NAME, text.encode())
     except FileExistsError:
@@ -279,7 +278,7 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
     """Record that the study of a paper has another number of generations than the paper."""
     # The new change replaces that of an earlier extension.
     other_changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
-    sources = part_sources.collect_sources(list(experiments.values()))
+    sources = collect_sources(list(experiments.values()))
     text = format_study(
         list(experiments),
         study.seed,

@@ -27,10 +27,7 @@ VARIANT_SEPARATOR = "+"
 
 @cache
 def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
-    """Return the non-standard variants of each open choice of a paper.
-
-    `paper`: the paper; the default paper if None.
-    """
+    """Return the non-standard variants of each open choice of a paper, by default of Le (2019)."""
     paper = paper or load()
     variants: dict[str, tuple[str, ...]] = {}
     for name in paper.names("variants"):
@@ -138,10 +135,7 @@ def factors(variants: Iterable[Variant]) -> dict[str, Factors]:
 def group_by_variant(
     conditions: Mapping[str, Factors], paper: Paper | None = None
 ) -> dict[Variant, dict[str, str]]:
-    """Group the conditions of a multiverse by variant.
-
-    `paper`: the paper; the default paper if None.
-    """
+    """Group the conditions of a multiverse by variant."""
     groups: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():
         parts = () if variant == STANDARD_VARIANT else tuple(variant.split(VARIANT_SEPARATOR))

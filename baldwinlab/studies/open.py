@@ -95,7 +95,7 @@ def _combine(
 
     data = combine_conditions(conditions)
     attributes = [condition.attributes for condition in conditions]
-    data = _label_conditions(study, names, data, attributes)
+    data = label_conditions(study, names, data, attributes)
     if not any(study.experiments[name].may_stop for name in names):
         return data
     counts = np.zeros((len(names), data.sizes["run"]), np.int32)
@@ -106,24 +106,7 @@ def _combine(
     return data.assign_coords({GENERATION_COUNT: coordinate})
 
 
-def concat_conditions(
-    study: StudyStore, names: Sequence[str], datasets: Sequence[xr.Dataset]
-) -> xr.Dataset:
-    """Concatenate the datasets of conditions, and add their factors and experiments.
-
-    `datasets`: [run, generation, agent] of each condition, in the same order.
-    """
-    data = xr.concat(
-        datasets, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
-    )
-    attributes = [
-        {name: variable.attrs for name, variable in dataset.data_vars.items()}
-        for dataset in datasets
-    ]
-    return _label_conditions(study, names, data, attributes)
-
-
-def _label_conditions(
+def label_conditions(
     study: StudyStore,
     names: Sequence[str],
     data: xr.Dataset,

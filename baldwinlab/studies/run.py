@@ -19,7 +19,7 @@ from baldwinlab.studies.checkpoints import (
     read_stored_lengths,
 )
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
-from baldwinlab.studies.executors.threads import count_threads_per_task
+from baldwinlab.studies.executors.tasks import count_threads_per_task
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs

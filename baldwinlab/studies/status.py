@@ -1,14 +1,17 @@
-"""Status of a study: stored and missing runs, speed, time left, processes and failures."""
+"""Status of a study: runs, speed, time left, processes and failures; and its provenance."""
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy.io import netcdf_file
 
+from baldwinlab._version import __version__
 from baldwinlab.core.files import is_local
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.studies.progress import ProcessProgress, read_progress
@@ -18,6 +21,7 @@ from baldwinlab.studies.record_files import (
     condition_folder,
     list_stored_runs,
 )
+from baldwinlab.studies.run_samples import describe_sample
 from baldwinlab.studies.store import StudyStore
 
 
@@ -157,3 +161,24 @@ def _read_completeness(
             names = np.array(content.variables[STOP_ATTRIBUTE].data)
             is_complete |= (names.reshape(len(counts), -1) != b"").any(axis=1)
         return is_complete
+
+
+def provenance(study: StudyStore) -> dict[str, Any]:
+    """Return the seed, changes, sample, versions and computing time of a study for its report."""
+    sessions = list(study.sessions())
+    return {
+        "seed": study.seed,
+        "changed_model": study.changed_model,
+        "sample": describe_sample(study),
+        "versions": {
+            "baldwinlab": __version__,
+            "Python": platform.python_version(),
+            "NumPy": np.__version__,
+            "Numba": version("numba"),
+        },
+        "platform": platform.platform(),
+        "agent_steps": sum(session["agent_steps"] for session in sessions),
+        "seconds": sum(session["seconds"] for session in sessions),
+        "compile_seconds": sum(session["compile_seconds"] for session in sessions),
+        "workers": sorted({session["workers"] for session in sessions}),
+    }

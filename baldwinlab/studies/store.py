@@ -2,7 +2,7 @@
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
     DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `input_files`
-    DIR/parts/sense-poison.py                   source of a third-party part: see `part_sources`
+    DIR/parts/sense-poison.py                   source of a third-party part: see `input_files`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
     DIR/runs/evo+self-taught/B/0000-0999.nc     records of many small runs
@@ -45,7 +45,7 @@ from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.studies import part_sources
+from baldwinlab.studies.input_files import read_part_records, require_same_parts
 from baldwinlab.studies.progress import remove_ended_processes
 from baldwinlab.studies.record_checks import RunLengths
 from baldwinlab.studies.record_files import (
@@ -105,7 +105,7 @@ class StudyStore:
             require_valid_contents(self.seed, names)
             self.kind, self.factors = kind_and_factors(content)
             require_checksum(text)
-            self.parts = part_sources.read_part_records(content)
+            self.parts = read_part_records(content)
             self.paper: str = content.get("paper", "")
             self.changes = read_changes(content)
             self.first_run = read_first_run(content)
@@ -152,11 +152,8 @@ class StudyStore:
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
-        """Check that the third-party parts of conditions are loaded and unchanged.
-
-        `*conditions`: names of conditions; all if none is given.
-        """
-        part_sources.require_same_parts(
+        """Check that the parts of conditions, by default of all, are loaded and unchanged."""
+        require_same_parts(
             self.location, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
@@ -204,10 +201,7 @@ class StudyStore:
     def records(
         self, condition: str, selected_runs: Container[int] | None = None
     ) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each selected run, and read each file once.
-
-        `selected_runs`: default: all runs.
-        """
+        """Yield the number and the record of each (selected) run, and read each file once."""
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:

@@ -13,7 +13,7 @@ from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.patterns import CONDITION_NAME
 from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
-from baldwinlab.studies import part_sources
+from baldwinlab.studies.input_files import format_toml
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
@@ -33,10 +33,7 @@ def require_format(content: Mapping[str, Any]) -> None:
 
 
 def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, Factors]]:
-    """Return the kind and the factors in the content of `study.toml`.
-
-    Raises KeyError or ValueError for invalid content.
-    """
+    """Return the kind and the factors in `study.toml`. Raise KeyError or ValueError."""
     kind = content["kind"]
     tables = content["factors"]
     if kind not in STUDY_KINDS:
@@ -91,10 +88,7 @@ def require_valid_contents(seed: Any, names: Any) -> None:
 
 
 def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the assignments that changed the model of the paper.
-
-    Raises ValueError if they are not a list of strings.
-    """
+    """Return the assignments that changed the model of the paper, or raise ValueError."""
     changes = content.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
         raise ValueError(
@@ -146,7 +140,7 @@ def format_study(
         lines.append(f"changes = {json.dumps(list(changes))}")
     if first_run:
         lines.append(f"first_run = {first_run}")
-    lines += [*part_sources.format_toml(sources), "", "[factors]"]
+    lines += [*format_toml(sources), "", "[factors]"]
     # The points of a sweep have no factors.
     names_with_factors = () if kind == SWEEP else names
     for name in names_with_factors:

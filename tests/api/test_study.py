@@ -1,9 +1,12 @@
-"""A study in Python: run, open, read, compare, assay, report and resume."""
+"""A study in Python: run, open, read, compare, assay, report, resume, and show in a notebook."""
 
 from __future__ import annotations
 
+import base64
+import re
 import shutil
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab import BaldwinLabError, Study
+from baldwinlab.analysis.figures.style import choose_style
 from tests.small_studies import SHORT_SETTINGS, make_small_study, read_records, shorten_preset
 
 SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
@@ -161,9 +165,6 @@ def test_invalid_arguments_are_refused_before_the_study_is_created(
 ) -> None:
     out = tmp_path / "study"
     for sentence, arguments in {
-        "runs = 0 must be a whole number from 1 to 2147483648": {"runs": 0},
-        "workers = -1 must be a whole number from 1 to 2147483648": {"workers": -1},
-        "seed = -1 must be a whole number from 0": {"seed": -1},
         "executor = 'cloud' must be threads": {"executor": "cloud"},
         "lifetime.steps = 0: input should be": {"set": {"lifetime.steps": 0}},
     }.items():
@@ -228,3 +229,55 @@ def test_a_callback_gets_each_generation_and_cannot_change_a_run(tmp_path: Path)
     with pytest.raises(BaldwinLabError, match="a callback runs on this machine only"):
         bl.run("evo/A", runs=1, out=tmp_path / "c", executor="slurm", callback=print)
     assert not (tmp_path / "c").exists()
+
+
+@pytest.fixture(scope="module")
+def escaped_study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """Return a study whose name has a tag of HTML."""
+    directory = tmp_path_factory.mktemp("inline") / "<b>small"
+    make_small_study(directory, runs=2)
+    return bl.open_study(directory)
+
+
+def drawings(page: str) -> list[ElementTree.Element]:
+    return [
+        ElementTree.fromstring(base64.b64decode(code))
+        for code in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)
+    ]
+
+
+def test_a_study_shows_its_content_and_a_curve_per_condition(escaped_study: Study) -> None:
+    page = escaped_study._repr_html_()
+    assert "evo+self-taught/A: 2 runs" in page
+    (drawing,) = drawings(page)
+    styles = " ".join(element.get("style", "") for element in drawing.iter())
+    strokes = [f"stroke: {choose_style(number).color.lower()}" for number in range(3)]
+    assert [stroke in styles for stroke in strokes] == [True, True, False]
+    assert "<b>" not in page
+    assert len(page) < 150_000
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)
+
+
+def test_only_its_first_conditions_are_drawn(
+    escaped_study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full_length = len(escaped_study._repr_html_())
+    monkeypatch.setattr("baldwinlab.api.study.MAX_LISTED_CONDITIONS", 1)
+    page = escaped_study._repr_html_()
+    assert "and 1 more conditions" in page
+    assert len(page) < full_length
+
+
+def test_a_study_without_runs_or_with_a_damaged_record_has_no_curves(
+    tmp_path: Path, escaped_study: Study
+) -> None:
+    make_small_study(tmp_path / "new", [shorten_preset("evo/A")], runs=0)
+    page = bl.open_study(tmp_path / "new")._repr_html_()
+    assert "evo/A: 0 runs" in page
+    assert not drawings(page)
+    make_small_study(tmp_path / "hurt", [shorten_preset("evo/A")], runs=1)
+    (record,) = (tmp_path / "hurt").rglob("*.nc")
+    record.write_bytes(record.read_bytes()[:-1])
+    page = bl.open_study(tmp_path / "hurt")._repr_html_()
+    assert record.name in page
+    assert not drawings(page)

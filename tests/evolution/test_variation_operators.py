@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import chisquare, kstest
 
 import baldwinlab as bl
-from baldwinlab.api.checks.fields import list_read_settings
+from baldwinlab.api.checks.declarations import list_read_settings
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Parents, breed, select
 from baldwinlab.evolution.variation import Crossover

@@ -23,8 +23,8 @@ from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.input_files import stored_source
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.part_sources import stored_source
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import hawks_study, run_server

@@ -78,7 +78,7 @@ from tests.oracles import (
     variation,
 )
 
-# Part -> oracle, with the arguments that `api/checks/signatures.py` lists for its kind. Its name
+# Part -> oracle, with the arguments that `api/checks/declarations.py` lists for its kind. Its name
 # is a verb and the name of the part.
 BUILT_IN_ORACLES: Final[Mapping[Any, Callable[..., Any]]] = {
     ABCD: hebbian.apply_abcd,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.fields import check_views
+from baldwinlab.api.checks.declarations import check_views
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.models.nk_climbers import NKClimbers

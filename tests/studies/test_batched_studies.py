@@ -5,9 +5,6 @@ from __future__ import annotations
 import os
 import random
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -226,57 +223,6 @@ def test_a_write_that_fails_at_any_file_leaves_valid_files(
     require_records(study, {run: oracle[run] for run in range(20 * seed)})
     complete_runs(study, RUNS)
     require_records(study, oracle)
-
-
-STUDY = """
-import sys
-from pathlib import Path
-from baldwinlab.simulation import memory
-from tests.studies.test_batched_studies import make_study
-memory.MAX_RUNS_PER_FILE = int(sys.argv[2])
-make_study(Path(sys.argv[1]), runs=int(sys.argv[3]))
-"""
-
-
-def start(directory: Path, runs_per_file: int, runs: int) -> subprocess.Popen[bytes]:
-    arguments = [str(directory), str(runs_per_file), str(runs)]
-    return subprocess.Popen([sys.executable, "-c", STUDY, *arguments])
-
-
-def test_two_processes_with_other_batches_can_run_the_same_study(
-    tmp_path: Path, oracle: Records
-) -> None:
-    processes = [start(tmp_path, runs_per_file, RUNS) for runs_per_file in (20, 33)]
-    assert [process.wait() for process in processes] == [0, 0]
-    study = StudyStore(tmp_path)
-    assert find_missing_runs(study, RUNS, pytest.fail) == {CONDITION: []}
-    require_records(study, oracle)
-
-
-# A run of the process takes some seconds.
-@pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(5))
-def test_a_study_that_is_killed_at_any_time_keeps_its_stored_batches(
-    tmp_path: Path, seed: int
-) -> None:
-    numbers = random.Random(seed)
-    runs = 2000
-    expected = make_oracle(runs=runs)
-    for _ in range(4):
-        process = start(tmp_path, 20, runs)
-        n_files = len(list(tmp_path.rglob("*.nc")))
-        while process.poll() is None and len(list(tmp_path.rglob("*.nc"))) < n_files + 3:
-            time.sleep(0.001)
-        time.sleep(numbers.uniform(0, 0.05))
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        study = StudyStore(tmp_path)
-        stored = study.runs(CONDITION)
-        missing = find_missing_runs(study, runs, pytest.fail)
-        assert missing == {CONDITION: sorted({*range(runs)}.difference(stored))}
-        require_records(study, {run: expected[run] for run in stored})
-    complete_runs(study, runs)
-    require_records(study, expected)
 
 
 def test_a_process_that_is_killed_in_the_middle_of_a_write_leaves_no_part_of_a_batch(

@@ -24,10 +24,11 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
+from tests.local_clusters import local_cluster
 from tests.paused_studies import WaitForFile
 from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
-distributed = pytest.importorskip("distributed")
+pytest.importorskip("distributed")
 pytestmark = pytest.mark.nightly
 
 SEED = 5
@@ -36,17 +37,6 @@ RUNS = 400
 EXPERIMENT: Experiment = shorten_preset("evo/A").replace(
     lifetime={"steps": 600}, record={"genome_every": 3}
 )
-
-
-@contextmanager
-def local_cluster(n_workers: int) -> Iterator[Any]:
-    with distributed.LocalCluster(
-        n_workers=n_workers,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-    ) as cluster:
-        yield cluster
 
 
 def run_on(

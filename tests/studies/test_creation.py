@@ -12,11 +12,11 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
-from baldwinlab.studies import creation, part_sources
+from baldwinlab.studies import creation
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.input_files import save_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study_file import add_checksum
 from tests.small_studies import shorten_preset
 
 ROUNDS = range(30)
@@ -93,19 +93,11 @@ def test_the_stored_source_of_a_part_is_not_replaced(
     tmp_path: Path,
 ) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
-    part_sources.save_sources(tmp_path, [first])
-    part_sources.save_sources(tmp_path, [first])
+    save_sources(tmp_path, [first])
+    save_sources(tmp_path, [first])
     with pytest.raises(PartError, match=r"model-mine\.py is there already and holds another part"):
-        part_sources.save_sources(tmp_path, [second])
+        save_sources(tmp_path, [second])
     assert (tmp_path / "parts" / "model-mine.py").read_text() == "a = 1"
-
-
-def test_a_duplicate_condition_name_in_a_study_file_is_refused(tmp_path: Path) -> None:
-    path = create_study(tmp_path, [shorten_preset("evo/A")], seed=1).directory / "study.toml"
-    content = path.read_text().split("# SHA-256")[0]
-    path.write_text(add_checksum(content.replace('["evo/A"]', '["evo/A", "evo/A"]')))
-    with pytest.raises(StudyError, match="conditions: a name is listed twice"):
-        StudyStore(tmp_path)
 
 
 def test_an_experiment_with_a_setting_that_the_study_lacks_is_refused(

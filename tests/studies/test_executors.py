@@ -18,7 +18,6 @@ import pytest
 
 from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
-from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.studies.assays.catalog import ASSAYS
 from baldwinlab.studies.assays.results import find_missing_assays
@@ -30,6 +29,7 @@ from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.run_task import RunTask
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
+from tests.local_clusters import local_cluster
 from tests.paused_studies import pause_writes
 from tests.small_studies import (
     ignore_message,
@@ -45,10 +45,7 @@ distributed = pytest.importorskip("distributed")
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Return a Dask cluster of two worker processes on this machine."""
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-    ) as two_workers:
+    with local_cluster(2) as two_workers:
         yield two_workers
 
 
@@ -57,9 +54,9 @@ def on_dask(cluster: Any) -> Executor:
     return choose_executor(f"dask:{cluster.scheduler_address}")
 
 
-def longer_experiment(name: str) -> Experiment:
-    """Return an experiment whose batches take a fraction of a second."""
-    return shorten_preset(name).replace(lifetime={"steps": 6000})
+@pytest.fixture(params=["threads first", "cluster first"])
+def two_executors(request: pytest.FixtureRequest, on_dask: Executor) -> tuple[Executor, Executor]:
+    return (THREADS, on_dask) if request.param == "threads first" else (on_dask, THREADS)
 
 
 def simulated_steps(
@@ -120,24 +117,6 @@ def test_the_scheduler_has_one_wave_of_tasks_at_a_time(
 
 
 @pytest.mark.nightly
-def test_a_killed_worker_does_not_change_the_study(
-    tmp_path: Path, cluster: Any, on_dask: Executor
-) -> None:
-    conditions = [longer_experiment("evo/A"), longer_experiment("evo+self-taught/A")]
-    study = create_study(tmp_path / "killed", conditions, seed=5)
-    done = 0
-    victims = worker_pids(cluster)
-    for amount in simulated_steps(on_dask, study, runs=16):
-        if not done:
-            os.kill(victims[0], signal.SIGKILL)
-        done += amount
-    assert done == 2 * 16 * 3 * 6000 * 20
-    assert read_records(study.directory) == read_records(
-        make_small_study(tmp_path / "whole", conditions, runs=16).directory
-    )
-
-
-@pytest.mark.nightly
 def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,9 +141,11 @@ def test_workers_report_progress_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
-    study = create_study(
-        tmp_path, [longer_experiment("evo/A").replace(evolution={"generations": 12})], seed=5
+    # The batches take a fraction of a second.
+    experiment = shorten_preset("evo/A").replace(
+        lifetime={"steps": 6000}, evolution={"generations": 12}
     )
+    study = create_study(tmp_path, [experiment], seed=5)
     reports = list(simulated_steps(on_dask, study, runs=2))
     # The study has only two tasks.
     assert len(reports) > 4
@@ -172,15 +153,13 @@ def test_workers_report_progress_within_a_task(
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("first_on_threads", [True, False])
 def test_an_interrupted_study_resumes_with_a_different_executor(
     tmp_path: Path,
-    on_dask: Executor,
-    first_on_threads: bool,
+    two_executors: tuple[Executor, Executor],
     pause: Callable[[Path], None],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
+    first, second = two_executors
     study = create_study(tmp_path / "moved", [shorten_preset("evo/A")], seed=5)
     pause(study.directory)
     with closing(simulated_steps(first, study, runs=12, tasks=12)) as steps:
@@ -235,15 +214,13 @@ def test_worker_processes_and_threads_store_identical_assays(
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("first_on_threads", [True, False])
 def test_interrupted_assays_resume_with_a_different_executor(
     tmp_path: Path,
-    on_dask: Executor,
-    first_on_threads: bool,
+    two_executors: tuple[Executor, Executor],
     pause: Callable[[Path], None],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
+    first, second = two_executors
     study = make_small_study(tmp_path / "moved", conditions())
     pause(study.directory / "assays")
 
@@ -302,9 +279,7 @@ def test_a_lost_scheduler_raises_an_error_of_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
-    with distributed.LocalCluster(
-        n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-    ) as empty:
+    with local_cluster(0) as empty:
         steps = simulated_steps(choose_executor(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
         # The client also tries to connect again for this number of seconds.
@@ -371,12 +346,17 @@ def test_without_the_cluster_extra_only_threads_work_and_the_error_names_the_ext
 
 
 @pytest.mark.parametrize(
-    ("url", "extra"), [("s3://bucket/study", "s3"), ("gs://bucket/study", "cluster")]
+    ("module", "url", "extra"),
+    [
+        ("upath", "s3://bucket/study", "s3"),
+        ("upath", "gs://bucket/study", "cluster"),
+        ("s3fs", "s3://bucket/study", "s3"),
+    ],
 )
 def test_without_its_extra_a_url_is_refused_and_the_error_names_the_extra(
-    url: str, extra: str, monkeypatch: pytest.MonkeyPatch
+    module: str, url: str, extra: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "upath", None)
+    monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ValueError, match=re.escape(installation_command(extra))):
         parse_location(url)
 

@@ -9,7 +9,7 @@ import sys
 INTERRUPTED_TASKS = """
 import signal, sys, time
 from types import SimpleNamespace
-from baldwinlab.studies.executors.threads import run_on_threads
+from baldwinlab.studies.executors.tasks import run_on_threads
 
 
 class Task:

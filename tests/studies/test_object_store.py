@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
-import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -13,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.core.extras import installation_command
 from baldwinlab.core.file_writing import append_line, write_atomically, write_exclusively
 from baldwinlab.core.files import SESSIONS_FILE, parse_location
 from baldwinlab.papers.presets import factors
@@ -24,6 +21,7 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
+from tests.local_clusters import local_cluster
 from tests.object_store import local_object_store
 from tests.small_studies import (
     ignore_message,
@@ -86,12 +84,6 @@ def test_a_study_in_a_bucket_resumes_opens_and_has_a_status(bucket: str, tmp_pat
     assert len(list(study.sessions())) == 2
 
 
-def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "s3fs", None)
-    with pytest.raises(ValueError, match=re.escape(installation_command("s3"))):
-        parse_location("s3://laboratory/study")
-
-
 @pytest.mark.nightly
 def test_workers_of_a_cluster_store_the_records_of_threads_in_a_bucket(
     bucket: str, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
@@ -101,9 +93,7 @@ def test_workers_of_a_cluster_store_the_records_of_threads_in_a_bucket(
     experiment = EXPERIMENT.replace(lifetime={"steps": 3000})
     directory = parse_location(f"{bucket}/cluster")
     study = create_study(directory, [experiment], SEED)
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-    ) as cluster:
+    with local_cluster(2) as cluster:
         is_killed = False
 
         def kill_worker(amount: int) -> None:

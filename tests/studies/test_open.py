@@ -17,7 +17,7 @@ from baldwinlab.simulation import memory
 from baldwinlab.studies import file_content, record_writer, recorded_arrays
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.lazy_runs import make_empty_dataset
-from baldwinlab.studies.open import concat_conditions, open_conditions, open_runs
+from baldwinlab.studies.open import label_conditions, open_conditions, open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import run_study
 from baldwinlab.studies.store import StudyStore
@@ -41,7 +41,14 @@ def open_eagerly(study: StudyStore) -> xr.Dataset:
         for variable, array in records[0].data_vars.items():
             data[variable].attrs = array.attrs
         datasets.append(data)
-    return concat_conditions(study, list(study.experiments), datasets)
+    data = xr.concat(
+        datasets, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
+    )
+    attributes = [
+        {name: variable.attrs for name, variable in dataset.data_vars.items()}
+        for dataset in datasets
+    ]
+    return label_conditions(study, list(study.experiments), data, attributes)
 
 
 def make_experiment(name: str = "evo/A", **changes: object) -> Experiment:
@@ -163,6 +170,12 @@ def test_conditions_without_runs_are_null(tmp_path: Path) -> None:
     for file in study.files("b"):
         file.path.unlink()
     require_equal(study)
+    # A study without any run has an empty dataset.
+    for file in study.files("a"):
+        file.path.unlink()
+    energy = open_runs(tmp_path).energy
+    assert dict(energy.sizes) == {"condition": 2, "run": 0, "generation": 4, "agent": 20}
+    assert energy.values.size == 0
 
 
 def test_opening_reads_no_values_and_a_value_is_read_once(

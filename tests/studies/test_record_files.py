@@ -72,9 +72,14 @@ def test_a_condition_without_a_folder_has_no_files(tmp_path: Path) -> None:
         "0000_0009.nc",
         "2147483640-2147483648.nc",
         "-0009.nc",
+        "1.nc",
+        "00001.nc",
+        "99999999999.nc",
+        "2147483648.nc",
+        "mine.nc",
     ],
 )
-def test_an_invalid_name_of_a_batch_is_one_clear_error(tmp_path: Path, name: str) -> None:
+def test_an_invalid_name_of_a_file_is_one_clear_error(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.touch()
     with pytest.raises(StudyError, match=f"{re.escape(str(path))} has no name of a record"):

@@ -15,14 +15,12 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.engine.threads import count_threads
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load
-from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import RunTask, find_missing_runs, plan_tasks
-from tests.paused_studies import pause_writes, run_until_paused
+from baldwinlab.studies.run import RunTask, find_missing_runs
 from tests.small_studies import (
     ignore_message,
     make_small_study,
@@ -91,60 +89,6 @@ def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None
     )
 
 
-def test_an_interrupted_study_resumes_and_gives_identical_records(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    study = create_study(
-        tmp_path / "stopped", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
-    )
-    # Each of the twelve tasks has one run.
-    tasks = plan_tasks(study, find_missing_runs(study, 6, ignore_message), workers=12)
-    with monkeypatch.context() as patch:
-        pause_writes(patch, study.directory, 3)
-        steps = THREADS.run(study, tasks, 1, CPU)
-        while not read_records(study.directory):
-            next(steps)
-        # Ctrl-C has the same effect.
-        steps.close()
-    before = read_records(study.directory)
-    assert 0 < len(before) < 12
-    make_small_study(tmp_path / "stopped", runs=6)
-    expected = read_records(make_small_study(tmp_path / "whole", runs=6).directory)
-    assert read_records(study.directory) == expected
-    assert before.items() <= expected.items()
-
-
-LONG_STUDY = """
-import sys
-from pathlib import Path
-from tests.small_studies import make_small_study, shorten_preset
-conditions = [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
-make_small_study(Path(sys.argv[1]), conditions, runs=40)
-"""
-
-
-# The fault suite has a quick sample of this test.
-@pytest.mark.nightly
-def test_a_killed_study_loses_only_its_unfinished_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 1)
-    directory = tmp_path / "killed"
-    for n_records in (4, 8, 12):
-        with run_until_paused(LONG_STUDY, directory, n_records, [str(directory)]) as process:
-            process.kill()
-    killed = create_study(
-        directory, [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
-    )
-    # The test fails if a record is damaged.
-    missing = find_missing_runs(killed, 40, pytest.fail)
-    assert sum(map(len, missing.values())) == 80 - len(read_records(directory)) > 0
-    make_small_study(directory, runs=40)
-    assert read_records(directory) == read_records(
-        make_small_study(tmp_path / "whole", runs=40).directory
-    )
-
-
 def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
     tmp_path: Path,
 ) -> None:
@@ -178,13 +122,6 @@ def test_a_study_opens_as_a_labeled_dataset_and_records_its_session(tmp_path: Pa
     assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
     assert session["workers"] == 2
     assert session["seconds"] > 0
-
-
-def test_a_study_without_runs_opens_as_an_empty_dataset(tmp_path: Path) -> None:
-    create_study(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
-    eaten = open_runs(tmp_path).food_eaten
-    assert dict(eaten.sizes) == {"condition": 2, "run": 0, "generation": 3, "agent": 20}
-    assert eaten.values.size == 0
 
 
 def test_a_study_in_an_object_store_equals_a_study_in_a_folder(tmp_path: Path) -> None:

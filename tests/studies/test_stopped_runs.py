@@ -22,8 +22,8 @@ from baldwinlab.studies.checkpoints import Interval, checkpoint_path
 from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
+from baldwinlab.studies.status import provenance
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,

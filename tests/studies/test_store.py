@@ -92,6 +92,10 @@ def test_names_of_conditions_differ_and_are_folders_on_every_system(
             "'../../etc' is no name of a condition",
         ),
         ('format = 3\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
+        (
+            'format = 3\nseed = 1\nconditions = ["evo/A", "evo/A"]',
+            "conditions: a name is listed twice; list each name once",
+        ),
         (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],
 )

@@ -36,11 +36,8 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
 
 
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the hashes of run 0 of each experiment, or the reason why the backend is unavailable.
-
-    Yields one hash, or the key "problem" with the reason.
-    """
-    from baldwinlab.api.checks.hashes import hash_runs, load_backend
+    """Yield the hashes of run 0 of each experiment, or the reason why no backend is available."""
+    from baldwinlab.api.checks.reproducibility import hash_runs, load_backend
     from baldwinlab.experiment import validate
 
     try:

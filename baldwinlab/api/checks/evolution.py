@@ -1,4 +1,7 @@
-"""Compare the parts of reproduction with their oracles, which use plain lists."""
+"""Compare the parts of reproduction with their oracles, which use plain lists.
+
+`declarations.ORACLES` has the arguments and the result of each oracle.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,6 @@ from baldwinlab.api.checks.fixture import (
     draw_lifetimes,
     part_values,
 )
-from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import cached_jit
 from baldwinlab.engine.rng import Stream
@@ -107,11 +109,7 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Population]:
 
 
 def compare_children(group: PartGroup, part: Any) -> None:
-    """Compare a variation of complete populations with its oracle.
-
-    `oracle(part, genome, fitness, parents, draws)` returns all children, [child][module][entry].
-    `draws` is [child][draw][4].
-    """
+    """Compare a variation of complete populations. The draws of the oracle are [child][draw][4]."""
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
         parents = select(experiment, fitness, uniforms, make_lifetimes(genome)).tolist()
@@ -187,11 +185,7 @@ def compare_variation(group: PartGroup, part: Any) -> None:
 
 
 def compare_inheritance(group: PartGroup, part: Any) -> None:
-    """Compare an inheritance with its oracle.
-
-    `oracle(part, innate_genome, learned)` returns the inherited weights of the action module. For
-    a part with `assign_teachers`, it returns these weights and the teacher, [weight].
-    """
+    """Compare an inheritance. With `assign_teachers`, the oracle also returns the teacher."""
     _, code = breeding_part(group.experiment, "inheritance")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
         genome = np.stack([arrays["innate"], arrays["taught"]])[None]
@@ -209,10 +203,7 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
 
 
 def compare_fitness(group: PartGroup, part: Any) -> None:
-    """Compare a fitness with its oracle.
-
-    `oracle(part, lifetimes)` returns the fitness of each agent.
-    """
+    """Compare a fitness."""
     _, code = breeding_part(group.experiment, "fitness")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
         fitness = arrays["fitness"]
@@ -224,11 +215,7 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
 
 
 def compare_stop(group: PartGroup, part: Any) -> None:
-    """Compare a stop with its oracle.
-
-    `oracle(part, lifetimes, fitness)` gets the lifetimes and the fitness of all generations of a
-    run, as lists. It returns whether the run stops after the last of them.
-    """
+    """Compare a stop. The oracle gets the lifetimes and the fitness of all generations as lists."""
     values, code = breeding_part(group.experiment, "stop")
     lifetimes: list[Any] = []
     fitness: list[list[float]] = []
@@ -256,11 +243,6 @@ def _require_close(actual: Any, expected: Any, label: str) -> None:
         )
 
 
-def compare_breeding(group: PartGroup, part: Any) -> None:
-    """Compare a part of reproduction with its oracle, by the hooks that the part defines."""
-    BREEDING_COMPARISONS[oracle_key(part)](group, part)
-
-
 BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "selection": compare_selection,
     "variation": compare_variation,
@@ -270,3 +252,4 @@ BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "fitness": compare_fitness,
     "stop": compare_stop,
 }
+"""The comparisons by key of `declarations.ORACLES`."""

@@ -37,11 +37,7 @@ class _OwnedArray(NamedTuple):
 
 
 def check_lane_isolation(group: PartGroup) -> str:
-    """Check that per-agent hooks neither read nor write the data of other agents.
-
-    Returns a remark if there is no such hook, or an empty string. Raises `FailsError` if a hook
-    depends on other agents, or changes their data.
-    """
+    """Check that per-agent hooks neither read nor write the data of other agents."""
     hooks = [
         (part, name)
         for part in group.parts

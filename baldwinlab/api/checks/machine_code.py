@@ -1,17 +1,25 @@
-"""Check the machine code of hooks: no float64 in hooks of agents, and no call of libm."""
+"""Check the machine code of hooks: float32, no call of libm, and its speed."""
 
 from __future__ import annotations
 
 import inspect
 import re
+import time
 from typing import Any, Final
 
 import numba
 import numpy as np
 from numba import types
 
-from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import PartGroup, breeding_arguments, part_values
+from baldwinlab.api.checks.findings import FailsError, NotCheckedError
+from baldwinlab.api.checks.fixture import (
+    CHOICE_PATHS,
+    SEED,
+    PartGroup,
+    breeding_arguments,
+    is_of_miniworld,
+    part_values,
+)
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import (
@@ -20,11 +28,16 @@ from baldwinlab.engine.numba_internals.dispatchers import (
     UNWRAPPED,
     NumbaError,
 )
+from baldwinlab.experiment import assign
+from baldwinlab.experiment.paths import look_up
+from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.papers.presets import load
 from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
 from baldwinlab.parts.synapses import Synapse
 from baldwinlab.parts.world_features import LineOfSight
+from baldwinlab.simulation.simulate import simulate_batch
 
 DECLARED_SYMBOL: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 FLOAT64_INSTRUCTION: Final = re.compile(
@@ -40,11 +53,13 @@ LIBM_SYMBOL: Final = re.compile(
 RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 
 
-def check_arithmetic(group: PartGroup) -> str:
-    """Check that the hooks of parts use portable arithmetic.
+BASELINES: Final = {"learning rule": "self-taught"}
+"""The built-in part to compare with; by default, the first one of the kind."""
+N_ROUNDS: Final = 5
 
-    Returns a remark, or an empty string.
-    """
+
+def check_arithmetic(group: PartGroup) -> str:
+    """Check that the hooks of parts use portable arithmetic."""
     hooks = [(part, name) for part in group.parts for name in overridden_hooks(part)]
     if not hooks:
         return "it has no hooks"
@@ -113,3 +128,46 @@ def _argument_types(group: PartGroup, part: type[Part], hook: str) -> dict[str, 
         "state": numba.typeof(state),
         "model": numba.typeof(make_model(group.experiment, 1)),
     }
+
+
+def measure_speed(group: PartGroup) -> str:
+    """Measure the speed of a part, relative to a built-in part of its kind."""
+    if not is_of_miniworld(group.experiment):
+        raise NotCheckedError("there is no built-in model to compare with")
+    part = group.parts[-1]
+    baseline = BASELINES.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
+    title = f"the built-in {part.kind} {baseline!r}" if baseline else "a world without it"
+    network = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
+    lifetime = {"steps": 500 if part.kind in BREEDING_KINDS else 3000}
+    timed_experiment = group.experiment.replace(
+        population={"size": 20}, lifetime=lifetime, **network
+    )
+    value = baseline
+    if part.kind in ("sense", "world feature"):
+        value = f'["{baseline}"]' if baseline else "[]"
+    settings = [f"{CHOICE_PATHS[part.kind]}={value}", *_default_settings(part)]
+    seconds, built_in_seconds = _measure_seconds(
+        timed_experiment, assign(timed_experiment, settings)
+    )
+    return f"{built_in_seconds / seconds:.2f} times the speed of {title}"
+
+
+def _default_settings(part: type[Part]) -> list[str]:
+    """Return the settings that the part requires, with their defaults."""
+    defaults = {path: look_up(load("evo/A"), path)[0] for path in part.required_settings}
+    return [
+        f"{path}={list(value) if isinstance(value, tuple) else value}"
+        for path, value in defaults.items()
+    ]
+
+
+def _measure_seconds(*experiments: Any) -> list[float]:
+    """Return the shortest of `N_ROUNDS` times of each experiment, measured in turns."""
+    shortest_seconds = [float("inf")] * len(experiments)
+    # The first round compiles.
+    for _ in range(N_ROUNDS + 1):
+        for index, experiment in enumerate(experiments):
+            start = time.perf_counter()
+            simulate_batch(experiment, SEED, range(4))
+            shortest_seconds[index] = min(shortest_seconds[index], time.perf_counter() - start)
+    return shortest_seconds

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.api.checks.fixture import PartGroup, part_values
-from baldwinlab.api.checks.oracle_data import Agent, Item
-from baldwinlab.api.checks.reference import Naive
+from baldwinlab.api.checks.reference import Agent, Item, Naive
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-import traceback
 from collections.abc import Callable, Sequence
 from copy import deepcopy
 from functools import partial
@@ -12,14 +11,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.api.checks.evolution import compare_breeding
-from baldwinlab.api.checks.findings import FailsError, NotCheckedError
+from baldwinlab.api.checks.declarations import oracle_key, require_signature, verified_hooks
+from baldwinlab.api.checks.evolution import BREEDING_COMPARISONS
+from baldwinlab.api.checks.findings import FailsError, NotCheckedError, locate_error
 from baldwinlab.api.checks.fixture import PartGroup, part_label, part_values
-from baldwinlab.api.checks.oracle_data import Agent
 from baldwinlab.api.checks.oracle_steps import make_naive, record_steps
-from baldwinlab.api.checks.signatures import require_signature, verified_hooks
+from baldwinlab.api.checks.reference import Agent
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.parts.part import BREEDING_KINDS, overridden_hooks
+from baldwinlab.parts.part import overridden_hooks
 from baldwinlab.parts.senses import find_first_input
 from baldwinlab.parts.world_features import LineOfSight
 
@@ -40,19 +39,15 @@ def check_oracle(group: PartGroup) -> str:
         if not (hooks := verified_hooks(part)):
             continue
         require_signature(part)
-        compare = _compare_breeding if part.kind in BREEDING_KINDS else COMPARISONS[part.kind]
         label = f"{part_label(part)}: {', '.join(hooks)}"
         try:
-            remark = compare(group, part)
+            remark = COMPARISONS[oracle_key(part)](group, part)
         except FailsError as error:
             raise FailsError(f"{label}: {error}") from None
         # An oracle can raise any exception.
         except Exception as error:
-            frame = traceback.extract_tb(error.__traceback__)[-1]
-            raise FailsError(
-                f"{part_label(part)}: its oracle fails: {type(error).__name__}: {error} "
-                f"({frame.filename}:{frame.lineno})"
-            ) from None
+            message = f"{part_label(part)}: its oracle fails: {locate_error(error)}"
+            raise FailsError(message) from None
         remarks.append(f"{label}, {remark}" if remark else label)
     if not remarks:
         raise NotCheckedError("no hook has an oracle")
@@ -91,7 +86,7 @@ def _compare_rule(group: PartGroup, part: Any) -> str:
     return "" if has_learned else "but no agent learned"
 
 
-def _compare_network(group: PartGroup, part: Any) -> str:
+def _compare_network(group: PartGroup, part: Any) -> None:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
@@ -99,10 +94,9 @@ def _compare_network(group: PartGroup, part: Any) -> str:
             agent = step.learning[agent_index]
             label = f"in step {step.number}, agent {agent_index}: output"
             _require_close(agent.outputs, part.oracle(values, agent, naive), label)
-    return ""
 
 
-def _compare_body(group: PartGroup, part: Any) -> str:
+def _compare_body(group: PartGroup, part: Any) -> None:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
@@ -115,10 +109,9 @@ def _compare_body(group: PartGroup, part: Any) -> str:
             errors = [dx, dy, turn, agent.action - after.action]
             label = f"after step {step.number}, agent {agent_index}: error (x, y, heading, action)"
             _require_close(errors, [0, 0, 0, 0], label, POSITION_TOLERANCE)
-    return ""
 
 
-def _compare_sense(group: PartGroup, part: Any) -> str:
+def _compare_sense(group: PartGroup, part: Any) -> None:
     senses = group.experiment.parts("senses.kinds")
     index = [type(sense) for sense in senses].index(part)
     first_input = find_first_input(senses[index], group.experiment)
@@ -142,7 +135,6 @@ def _compare_sense(group: PartGroup, part: Any) -> str:
             copy = deepcopy(agent)
             part.oracle(values, copy, step.items, naive)
             step.learning[agent_index].arrays = copy.arrays
-    return ""
 
 
 def _move(agent: Agent, dx: float, dy: float) -> Agent:
@@ -233,15 +225,12 @@ def _bounding_box(experiment: Any) -> tuple[list[float], list[float]]:
     return low, [max(shape[axis][1] for shape in shapes) + MARGIN for axis in ("x", "y")]
 
 
-def _compare_breeding(group: PartGroup, part: Any) -> str:
-    compare_breeding(group, part)
-    return ""
-
-
-COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], str]]] = {
+COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], str | None]]] = {
     "learning rule": _compare_rule,
     "network": _compare_network,
     "body": _compare_body,
     "sense": _compare_sense,
     "world feature": _compare_feature,
+    **BREEDING_COMPARISONS,
 }
+"""The comparisons by key of `declarations.ORACLES`. They return a remark."""

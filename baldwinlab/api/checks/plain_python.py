@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import random
-import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from baldwinlab.api.checks.array_access import HookError, UnwrittenError, Watch
-from baldwinlab.api.checks.cases import Case, make_cases
-from baldwinlab.api.checks.findings import CheckFinding
-from baldwinlab.api.checks.fixture import PartGroup
-from baldwinlab.api.checks.hashes import hash_runs
+from baldwinlab.api.checks.findings import CheckFinding, locate_error
+from baldwinlab.api.checks.fixture import Case, PartGroup, make_cases
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, Process, ProcessEndError
+from baldwinlab.api.checks.reproducibility import hash_runs
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 
@@ -49,9 +47,7 @@ def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
             return {"bounds": _add_case(message, case), "read": watch.unwritten_read}
         # The code of a part outside its hooks can raise any exception.
         except Exception as error:
-            frame = traceback.extract_tb(error.__traceback__)[-1]
-            message = f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
-            return {"bounds": _add_case(f"{group.label}: {message}", case)}
+            return {"bounds": _add_case(f"{group.label}: {locate_error(error)}", case)}
     return {"bits": bits, "read": watch.unwritten_read}
 
 
@@ -60,10 +56,7 @@ def _add_case(message: str, case: Case) -> str:
 
 
 def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome]]:
-    """Simulate all groups under each pattern of unwritten memory, in one process per pattern.
-
-    Returns the outcomes, [pattern][group].
-    """
+    """Return the outcomes [pattern][group]. Each pattern of unwritten memory has a process."""
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [
         PLAIN_ENVIRONMENT | {poison.ENVIRONMENT_VARIABLE: str(number)} for number in poison.PATTERNS

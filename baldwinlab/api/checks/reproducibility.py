@@ -5,20 +5,28 @@ Compiled code is also compared with plain Python and with the simulator of a GPU
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
-from typing import Final
+from itertools import pairwise
+from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.api.checks.cases import Case, make_cases
 from baldwinlab.api.checks.findings import FailsError, NotCheckedError
-from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
-from baldwinlab.api.checks.hashes import Bits, describe_update, hash_runs, make_update_variants
+from baldwinlab.api.checks.fixture import Case, PartGroup, is_of_miniworld, make_cases
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, SIMULATOR_ENVIRONMENT, Process
 from baldwinlab.engine import poison
+from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.models.miniworld.backends.choice import CPU, choose_backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate_batch
+
+UPDATES: Final = ("simultaneous", "sequential")
+Bits = list[str]
+"""A hash for each run."""
+
 
 BLOCK_RUNS: Final = range(17)
 """Seventeen runs. Sixteen of them fill a SIMD block."""
@@ -32,11 +40,50 @@ SIMULATED_POPULATIONS: Final = (2, 17)
 """Numbers of agents for the slow simulator of a GPU: one case for each update."""
 
 
-def check_compilation(group: PartGroup) -> str:
-    """Compile the experiment with both updates.
+def hash_runs(
+    experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU
+) -> Bits:
+    """Simulate runs, and hash all recorded data and, for MiniWorld, the end of a lifetime."""
+    digests = [hashlib.sha256() for _ in runs]
+    records = simulate_batch(experiment, seed, runs, backend)
+    for digest, record in zip(digests, records, strict=True):
+        for name in sorted(map(str, record.data_vars)):
+            digest.update(name.encode() + record[name].values.tobytes())
+    if is_of_miniworld(experiment):
+        batch = backend.batch(experiment, seed, runs)
+        keys = [GenerationKey(seed, run, 0) for run in runs]
+        batch.begin(0, np.stack([draw_genomes(experiment, key) for key in keys]))
+        for first_step, last_step in pairwise([0, *cuts, experiment.lifetime.steps]):
+            batch.simulate(first_step, last_step)
+        for array in (batch.eaten_in_life(), batch.weights(), batch.items()):
+            for world, digest in enumerate(digests):
+                digest.update(np.ascontiguousarray(array[world]).tobytes())
+    return [digest.hexdigest() for digest in digests]
 
-    Raises `PartError` if a hook cannot be compiled.
-    """
+
+def make_update_variants(group: PartGroup) -> list[Any]:
+    """Return the experiment with both updates, or the experiment of another model."""
+    if not is_of_miniworld(group.experiment):
+        return [group.experiment]
+    return [group.experiment.replace(lifetime={"update": update}) for update in UPDATES]
+
+
+def describe_update(experiment: BaseExperiment) -> str:
+    """Return the update of MiniWorld as the start of a sentence, "" for another model."""
+    update = getattr(getattr(experiment, "lifetime", None), "update", "")
+    return f"under the {update} update, " if update else ""
+
+
+def load_backend(name: str) -> Any:
+    """Return a backend by its name."""
+    try:
+        return choose_backend(name)
+    except ImportError as error:
+        raise ValueError(f"the backend {name!r} cannot be loaded: {error}") from None
+
+
+def check_compilation(group: PartGroup) -> str:
+    """Compile the experiment with both updates."""
     compile_experiments(make_update_variants(group))
     return ""
 
@@ -166,10 +213,7 @@ def check_simulator(group: PartGroup) -> str:
 def _simulate_in_process(
     group: PartGroup, cases: Sequence[Case], backend: str, environment: Mapping[str, str]
 ) -> dict[str, Bits]:
-    """Return the hashes of run 0 by case, from another process.
-
-    Raise NotCheckedError if the backend is not available.
-    """
+    """Return the hashes of run 0 by case. Raise NotCheckedError without the backend."""
     experiments = [case.experiment.to_dict() for case in cases]
     request = {"experiments": experiments, "seed": group.seed, "backend": backend}
     answers = list(Process("simulate", group.parts, environment, **request).answers())

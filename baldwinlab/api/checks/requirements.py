@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
-from baldwinlab.api.checks.fields import check_declarations, check_limits, check_views
-from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError
+from baldwinlab.api.checks.declarations import (
+    check_declarations,
+    check_limits,
+    check_views,
+    require_oracle_signature,
+    unverified_hooks,
+)
+from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError, locate_error
 from baldwinlab.api.checks.fixture import PartGroup, group_parts, part_label
 from baldwinlab.api.checks.lane_isolation import check_lane_isolation
-from baldwinlab.api.checks.machine_code import check_arithmetic
+from baldwinlab.api.checks.machine_code import check_arithmetic, measure_speed
 from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.api.checks.reproducibility import (
     check_batches,
@@ -22,8 +27,6 @@ from baldwinlab.api.checks.reproducibility import (
     check_resumption,
     check_simulator,
 )
-from baldwinlab.api.checks.signatures import require_oracle_signature, unverified_hooks
-from baldwinlab.api.checks.speed import measure_speed
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.parts.part import Part, overridden_hooks
 
@@ -54,10 +57,7 @@ COMPILED: Final[Mapping[str, Requirement]] = {
 
 
 def check_requirement(name: str, groups: Sequence[PartGroup], command: str) -> list[CheckFinding]:
-    """Check a requirement, and return the findings.
-
-    Returns one finding, and for "oracle" one for each hook that no oracle verifies.
-    """
+    """Return the finding of a requirement, and for "oracle" those of hooks without an oracle."""
     description, check = {**DECLARED, **COMPILED}[name]
     finding = _check_groups(description, check, groups, command)
     if name != "oracle":
@@ -87,11 +87,9 @@ def _check_groups(
 
 
 def _format_error(error: Exception) -> str:
-    message = " ".join(str(error).split())
     if isinstance(error, BaldwinLabError | ValueError):
-        return message
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {message} ({frame.filename}:{frame.lineno})"
+        return " ".join(str(error).split())
+    return locate_error(error)
 
 
 def _add_part(check: Check, group: PartGroup, message: str) -> str:

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
-from baldwinlab.api.export.extra import require_extra
+from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.api.export.table import KEY_COLUMNS, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import is_local
+from baldwinlab.core.files import is_local, shorten_path
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.store import StudyStore
@@ -61,20 +61,22 @@ Entity = tuple[str, str, Properties]
 
 
 def write_crate(
-    study: StudyStore, authors: Sequence[str] = (), license: str = "", *, force: bool = False
-) -> Path:
-    """Write ro-crate-metadata.json into the directory of a study.
+    study: StudyStore,
+    path: None = None,
+    *,
+    author: Sequence[str] = (),
+    license: str = "",
+    force: bool = False,
+) -> str:
+    """Write ro-crate-metadata.json into the directory of a study, and return its path as text."""
+    from rocrate.rocrate import ROCrate
 
-    `license`: an address, or an SPDX name such as "CC-BY-4.0". By default no license.
-    """
-    with require_extra("an RO-Crate"):
-        from rocrate.rocrate import ROCrate
-    path = study.directory / CRATE_FILE
-    if is_local(path):
-        require_writable("crate", path, CRATE_MARK.encode(), force=force)
+    crate_path = study.directory / CRATE_FILE
+    if is_local(crate_path):
+        require_writable("crate", crate_path, CRATE_MARK.encode(), force=force)
     license_address = _find_license_address(license) or "#unlicensed"
     crate = ROCrate(version="1.1")
-    people = [_add_entity(crate, *_parse_author(author)) for author in authors]
+    people = [_add_entity(crate, *_parse_author(text)) for text in author]
     runs = {name: len(study.runs(name)) for name in study.experiments}
     root = crate.root_dataset
     root["name"] = study.directory.resolve().name
@@ -96,7 +98,8 @@ def write_crate(
         _add_entry(crate, entry)
     root["mentions"] = _add_action(crate, study, runs, people)
     content = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
-    return write_atomically(path, f"{content}\n".encode())
+    write_atomically(crate_path, f"{content}\n".encode())
+    return f"RO-Crate: {shorten_path(crate_path)}"
 
 
 def _add_entity(
@@ -252,3 +255,25 @@ def _add_software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
         application = _add_entity(crate, identifier, "SoftwareApplication", properties)
         application["softwareRequirements"] = libraries
         yield application
+
+
+FORMAT: Final = ExportFormat(
+    name="ro-crate",
+    content="metadata of the study, written into its folder: authors, license, files, versions",
+    write=write_crate,
+    options=(
+        Option(
+            "author",
+            list[str],
+            "name of an author, optionally followed by the address of an ORCID. Repeat the option "
+            "for several authors.",
+        ),
+        Option(
+            "license", str, "license of the study, an address or an SPDX name such as CC-BY-4.0."
+        ),
+    ),
+    library="rocrate.rocrate",
+    extra="exchange",
+    output="none",
+    uses_parts=True,
+)

@@ -1,6 +1,6 @@
 """Read a study as a tidy table, with one row per condition, run, generation and agent.
 
-Each variable has one column. A writer holds one run in memory at a time.
+Each variable has one column. One run is read at a time.
 
 References
 ----------
@@ -9,21 +9,25 @@ H. Wickham, "Tidy data", Journal of Statistical Software 59 (10), 2014.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple
+import json
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.core.deferred import xr
+from baldwinlab.api.export.formats import require_library
+from baldwinlab.core.deferred import pd, xr
+from baldwinlab.core.output_paths import EXPORT_MARK
 from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS, without_genomes
 from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
-FILE_MARK: Final = "baldwinlab export"
-"""Text in every exported file."""
+if TYPE_CHECKING:
+    import polars as pl
+    import pyarrow as pa
+
 KEY_COLUMNS: Final = ("condition", "run", *PER_AGENT_DIMS)
 """Columns that identify a row."""
 
@@ -41,20 +45,10 @@ class Column(NamedTuple):
     categories: tuple[str, ...] = ()  # The different values of a column of text; () for numbers.
 
 
-class Block(NamedTuple):
-    """The rows of one run."""
-
-    # Values of the columns that are constant in a run: condition, run, factors and settings.
-    run_values: Mapping[str, RunValue]
-    # The other columns. A variable that the model does not record has no array.
-    arrays: Mapping[str, npt.NDArray[Any]]
-    rows: int
-
-
 class Table:
     """The table of the conditions of a study that have runs.
 
-    The constructor reads the columns, and `blocks` reads the rows.
+    The constructor reads the columns, and the methods read the rows.
     """
 
     def __init__(self, study: StudyStore) -> None:
@@ -64,54 +58,97 @@ class Table:
         self._runs = {name: runs for name in study.experiments if (runs := study.runs(name))}
         self._values_by_condition = _list_run_values(study)
         self.columns = (*self._condition_columns(), *_index_columns(), *self._variable_columns())
+        self.names = [column.name for column in self.columns]
 
     @property
-    def rows(self) -> int:
-        """Return the number of rows."""
-        n_rows = 0
-        for name, runs in self._runs.items():
-            experiment = self.study.experiments[name]
-            n_generations = experiment.evolution.generations * len(runs)
-            if experiment.may_stop:
-                sizes = [self.study.record(name, run).sizes["generation"] for run in runs]
-                n_generations = sum(sizes)
-            n_rows += n_generations * experiment.population.size
-        return n_rows
+    def n_runs(self) -> int:
+        """Return the number of runs of all conditions."""
+        return sum(map(len, self._runs.values()))
 
     @property
     def attributes(self) -> dict[str, Any]:
         """Return the origin of the table, the seed, and the units and meanings of its columns."""
-        units = {column.name: column.unit for column in self.columns if column.unit}
-        meanings = {column.name: column.meaning for column in self.columns}
         return {
-            "made_by": f"{FILE_MARK} {__version__}",
+            "made_by": f"{EXPORT_MARK} {__version__}",
             "seed": self.study.seed,
-            "units": units,
-            "long_name": meanings,
+            "units": {column.name: column.unit for column in self.columns if column.unit},
+            "long_name": {column.name: column.meaning for column in self.columns},
         }
 
-    def blocks(self) -> Iterator[Block]:
-        """Yield the rows of each run, in the order of the conditions."""
+    def frames(self) -> Iterator[pd.DataFrame]:
+        """Yield the rows of each run, without the variables that the model does not record."""
         for condition in self._runs:
-            for run, complete_record in self.study.records(condition):
-                record = without_genomes(complete_record)
-                variables = record.data_vars.values()
-                arrays = {
-                    name: array.ravel()
-                    for variable in variables
-                    for name, array in _split_variable(variable)
-                }
-                shape = [record.sizes[dim] for dim in PER_AGENT_DIMS]
-                for dim, indices in zip(PER_AGENT_DIMS, np.indices(shape, np.int32), strict=True):
-                    arrays[dim] = record[dim].values[indices].ravel()
-                run_values = self._values_by_condition[condition] | {"run": run}
-                yield Block(run_values, arrays, int(np.prod(shape)))
+            for run, record in self.study.records(condition):
+                values = self._values_by_condition[condition] | {"run": run}
+                # A coordinate of a record is not a column of the table.
+                recorded = _split_pairs(record).to_dataframe(dim_order=PER_AGENT_DIMS)
+                frame = recorded.reset_index().assign(**values)
+                columns = [column for column in self.columns if column.name in frame]
+                types = {column.name: _pandas_type(column) for column in columns}
+                yield frame[list(types)].astype(types)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the table for pandas.
+
+        Text is categorical. A variable that the model of a condition does not record is NaN. The
+        `attrs` have the units and the meanings of the columns.
+        """
+        frame = pd.concat(self.frames(), ignore_index=True)[self.names]
+        frame.attrs = self.attributes
+        return frame
+
+    def to_polars(self) -> pl.DataFrame:
+        """Return the table for polars. Text is an Enum, and a variable without record is null."""
+        for library in ("polars", "pyarrow"):
+            require_library(library, "exchange", "a table of polars")
+        import polars as pl
+        import pyarrow as pa
+
+        texts = [
+            pl.col(column.name).cast(pl.Enum(column.categories))
+            for column in self.columns
+            if column.categories
+        ]
+        frame = pl.from_arrow(pa.concat_tables(self.arrow_tables()), rechunk=True)
+        assert isinstance(frame, pl.DataFrame)
+        return frame.with_columns(texts)
+
+    def arrow_schema(self) -> pa.Schema:
+        """Return the types of the columns. pandas reads the metadata into `attrs` of a file."""
+        import pyarrow as pa
+
+        fields = [
+            pa.field(
+                column.name,
+                pa.dictionary(pa.int32(), pa.string())
+                if column.categories
+                else pa.from_numpy_dtype(column.dtype),
+                metadata={"units": column.unit, "long_name": column.meaning},
+            )
+            for column in self.columns
+        ]
+        return pa.schema(fields, {"PANDAS_ATTRS": json.dumps(self.attributes)})
+
+    def arrow_tables(self) -> Iterator[pa.Table]:
+        """Yield the rows of each run. A variable that the model does not record is null."""
+        import pyarrow as pa
+
+        schema = self.arrow_schema()
+        for frame in self.frames():
+            arrays = [
+                # With `from_pandas`, a recorded NaN would become null.
+                pa.array(frame[field.name].array, from_pandas=False).cast(field.type)
+                if field.name in frame
+                else pa.nulls(len(frame), field.type)
+                for field in schema
+            ]
+            yield pa.table(arrays, schema=schema)
 
     def _condition_columns(self) -> Iterator[Column]:
         values_by_condition = [self._values_by_condition[condition] for condition in self._runs]
         for name in values_by_condition[0]:
             values = list(dict.fromkeys(run_values[name] for run_values in values_by_condition))
-            meaning = _describe_column(name)
+            meaning = DIMENSION_MEANINGS.get(name) or f"the condition's {name}"
             if all(isinstance(value, str) for value in values):
                 yield Column(name, np.dtype(object), "", meaning, tuple(map(str, values)))
             else:
@@ -125,17 +162,10 @@ class Table:
         """
         columns: dict[str, list[Column]] = {}
         for name, runs in self._runs.items():
-            record = self.study.read(name, runs[0], genomes=False)
-            for variable in sorted(record.data_vars.values(), key=lambda array: array.ndim):
-                for column, array in _split_variable(variable):
-                    meaning = variable.attrs.get("long_name", "")
-                    is_of_pair = column != variable.name
-                    if is_of_pair:
-                        meaning = f"{meaning} ({column.removeprefix(f'{variable.name}_')})"
-                    unit = variable.attrs.get("units", "")
-                    columns.setdefault(column, []).append(
-                        Column(column, array.dtype, unit, meaning)
-                    )
+            for variable in _split_pairs(self.study.record(name, runs[0])).data_vars.values():
+                unit, meaning = (variable.attrs.get(key, "") for key in ("units", "long_name"))
+                column = Column(str(variable.name), variable.dtype, unit, meaning)
+                columns.setdefault(column.name, []).append(column)
         return map(_merge_columns, columns.values())
 
 
@@ -159,19 +189,22 @@ def _index_columns() -> Iterator[Column]:
         yield Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
 
 
-def _describe_column(name: str) -> str:
-    return DIMENSION_MEANINGS.get(name) or f"the condition's {name}"
+def _pandas_type(column: Column) -> Any:
+    return pd.CategoricalDtype(column.categories) if column.categories else column.dtype
 
 
-def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Yield the columns of a variable, [generation, agent]. A pair, such as parents, has two."""
-    if variable.dims == PER_AGENT_DIMS:
-        yield str(variable.name), variable.values
-    elif variable.dims[:-1] == PER_AGENT_DIMS:
-        labels = variable[variable.dims[-1]].values
-        arrays = np.moveaxis(variable.values, -1, 0)
-        for label, array in zip(labels, arrays, strict=True):
-            yield f"{variable.name}_{label}", array
+def _split_pairs(record: xr.Dataset) -> xr.Dataset:
+    """Return the variables [generation, agent]. A pair, such as parents, becomes two variables."""
+    variables = without_genomes(record).data_vars
+    single = {name: array for name, array in variables.items() if array.dims == PER_AGENT_DIMS}
+    pairs = {}
+    for name, array in variables.items():
+        if array.ndim == len(PER_AGENT_DIMS) + 1 and array.dims[:-1] == PER_AGENT_DIMS:
+            for label in array[array.dims[-1]].values:
+                value = array.sel({array.dims[-1]: label}, drop=True)
+                meaning = f"{array.attrs.get('long_name', '')} ({label})"
+                pairs[f"{name}_{label}"] = value.assign_attrs(long_name=meaning)
+    return xr.Dataset(single | pairs)
 
 
 def _merge_columns(columns: Sequence[Column]) -> Column:

@@ -102,7 +102,6 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         self, experiment: BaseExperiment, worlds: int, render_mode: str | None = None
     ) -> None:
         """Make the environments."""
-        _refuse_window(render_mode)
         self.render_mode = render_mode
         self._worlds = SteeredWorlds(experiment, worlds, render_mode)
         self.num_envs = worlds * experiment.population.size
@@ -166,12 +165,6 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def _flatten_agents(self, inputs: Numbers) -> Numbers:
         """Return inputs [world, agent, input] as an array [environment, input]."""
         return inputs.reshape(self.num_envs, -1)
-
-
-def _refuse_window(render_mode: str | None) -> None:
-    """Raise RefusedError for a render mode that only an environment of one agent has."""
-    if render_mode == "human":
-        raise RefusedError("render_mode = 'human' needs single_env; use 'rgb_array' for images")
 
 
 def single_env(

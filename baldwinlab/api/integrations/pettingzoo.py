@@ -21,7 +21,6 @@ from baldwinlab.api.integrations.steered_worlds import (
     InvalidActionError,
     SteeredWorlds,
 )
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.external_actions import Numbers
@@ -46,8 +45,6 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
 
     def __init__(self, experiment: BaseExperiment, render_mode: str | None = None) -> None:
         """Make the environment."""
-        if render_mode == "human":
-            raise RefusedError("render_mode = 'human' needs single_env; use 'rgb_array' for images")
         self.render_mode = render_mode
         self._worlds = SteeredWorlds(experiment, 1, render_mode)
         _, n_agents = self._worlds.shape

@@ -43,10 +43,7 @@ TITLE: Final = "Is there a Baldwin effect?"
 def publish_gallery(
     folder: Path, out: Path, last: int, log: Callable[[str], None]
 ) -> tuple[list[Entry], list[Decision]]:
-    """Write the tables, the figure and the page of the papers whose studies are in a folder.
-
-    The returned `entries`: the papers, sorted by year.
-    """
+    """Write the tables, the figure and the page of the papers whose studies are in a folder."""
     entries = read_entries(folder, last, log)
     log("deciding the questions")
     decisions = decide(

@@ -60,10 +60,7 @@ class Entry:
 
 
 def holds_studies(folder: Path) -> bool:
-    """Return whether a local folder is no study, but has studies in its subfolders.
-
-    `folder`: the folder, or a remote location.
-    """
+    """Return whether a local folder is no study, but has studies in its subfolders."""
     return is_local(folder) and not is_study(folder) and bool(_list_studies(folder))
 
 
@@ -76,13 +73,7 @@ def _list_studies(folder: Path) -> list[Path]:
 
 
 def find_studies(folder: Path) -> dict[str, StudyStore]:
-    """Find the studies of papers in a folder.
-
-    If a paper has several studies, one without changes of the model is preferred, and then the
-    one with the most runs.
-
-    Returns one study per paper.
-    """
+    """Find a study of each paper in a folder: one without changes, then the one with most runs."""
     studies: dict[str, StudyStore] = {}
     for directory in _list_studies(folder):
         study = StudyStore(directory)
@@ -112,10 +103,7 @@ def count_most_runs(study: StudyStore) -> int:
 
 
 def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
-    """Read the results of all papers in a folder.
-
-    Returns papers, sorted by year.
-    """
+    """Read the results of all papers in a folder, sorted by year."""
     entries = []
     for name, study in find_studies(folder).items():
         log(f"{study.location}: {name}")

@@ -50,8 +50,8 @@ from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.run import Progress
+from baldwinlab.studies.status import provenance
 from baldwinlab.studies.store import StudyStore
 
 NO_PAIRS = "No two successive generations of the stored assay innate have values of the trait."

@@ -19,8 +19,8 @@ from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.run_samples import format_sample_sentence
+from baldwinlab.studies.status import provenance
 from baldwinlab.studies.sweeps.design import label_points
 
 

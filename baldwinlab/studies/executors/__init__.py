@@ -8,8 +8,7 @@ import shutil
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
 from baldwinlab.engine.threads import available_cores
-from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task
-from baldwinlab.studies.executors.threads import THREADS
+from baldwinlab.studies.executors.tasks import THREADS, Executor, ExecutorError, Task
 
 __all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose_executor"]
 

@@ -244,10 +244,7 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
 
 
 def settings_by_label(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
-    """Return the values of the swept fields at all points, by the readable name of the field.
-
-    The result is empty if sweep.toml does not exist.
-    """
+    """Return `settings_by_path` by the readable names of the fields."""
     points = list(study.experiments.values())
     return {
         short_name(field, points[0]): values for field, values in settings_by_path(study).items()

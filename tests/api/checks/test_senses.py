@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.experiment import registry
 from baldwinlab.parts import PartError, load_file
+
+Write = Callable[[str], Path]
 
 SENSE = """
 import numpy as np
@@ -33,33 +34,26 @@ class Height(Sense, name="height"):
 CORRECT = "state.positions[1, lane] / model.height"
 
 
-@pytest.fixture(autouse=True)
-def _remove_sense(without_compilation: None) -> Iterator[None]:
-    yield
-    registry.remove("sense", "height")
-
-
-def failures(tmp_path: Path, measured: str, expected: str = "agent.y / naive.height") -> str:
-    (tmp_path / "height.py").write_text(SENSE.format(measured=measured, expected=expected))
+def failures(write_part: Write, measured: str, expected: str = "agent.y / naive.height") -> str:
+    path = write_part(SENSE.format(measured=measured, expected=expected))
     requirements = ["fields", "isolation", "oracle"]
     # The words of the random number generator overflow by design.
     with np.errstate(all="ignore"):
-        findings = bl.check_part(tmp_path / "height.py", requirements=requirements)
+        findings = bl.check_part(path, requirements=requirements)
     return "\n".join(str(finding) for finding in findings if finding.holds is False)
 
 
-def test_an_input_can_be_any_finite_number_that_agrees_with_the_oracle(tmp_path: Path) -> None:
-    assert failures(tmp_path, CORRECT) == ""
-    assert failures(tmp_path, "-state.positions[1, lane]", "-agent.y") == ""
-    is_infinite = failures(tmp_path, "np.float32(np.inf)", "float('inf')")
+@pytest.mark.usefixtures("without_compilation")
+def test_an_input_can_be_any_finite_number_that_agrees_with_the_oracle(write_part: Write) -> None:
+    assert failures(write_part, CORRECT) == ""
+    assert failures(write_part, "-state.positions[1, lane]", "-agent.y") == ""
+    is_infinite = failures(write_part, "np.float32(np.inf)", "float('inf')")
     assert "each must be a finite number" in is_infinite
-    assert "and by the oracle" in failures(tmp_path, f"np.float32(0.99) * {CORRECT}")
+    assert "and by the oracle" in failures(write_part, f"np.float32(0.99) * {CORRECT}")
 
 
-def test_a_sense_that_reads_a_neighbor_is_refused_before_it_runs(tmp_path: Path) -> None:
-    path = tmp_path / "height.py"
-    path.write_text(
-        SENSE.format(measured="state.positions[1, lane + 1] / model.height", expected="0.0")
-    )
+def test_a_sense_that_reads_a_neighbor_is_refused_before_it_runs(write_part: Write) -> None:
+    neighbor = "state.positions[1, lane + 1] / model.height"
+    path = write_part(SENSE.format(measured=neighbor, expected="0.0"))
     with pytest.raises(PartError, match=r"Height\.measure reads or writes other agents"):
         load_file(path)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import re
 import shutil
-import sys
 from datetime import datetime
 from importlib.resources import files
 from pathlib import Path
@@ -16,8 +14,6 @@ from rocrate.rocrate import ROCrate
 
 import baldwinlab as bl
 from baldwinlab import Study
-from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import shorten_path
 from baldwinlab.studies.creation import create_study
 from tests.api.export.validators import validate
@@ -57,21 +53,21 @@ def entities(study: Study) -> dict[str, Any]:
 
 @pytest.mark.nightly
 def test_the_validator_only_reports_properties_that_the_user_has_not_given(copy: Study) -> None:
-    copy.to_ro_crate(authors=[f"Josiah Carberry {ORCID}"], license="CC-BY-4.0")
+    copy.export(format="ro-crate", author=[f"Josiah Carberry {ORCID}"], license="CC-BY-4.0")
     assert issues_of(copy.directory, "RECOMMENDED") == NOT_GIVEN
 
 
 @pytest.mark.nightly
 def test_a_crate_without_options_has_all_required_properties(copy: Study) -> None:
-    copy.to_ro_crate()
+    copy.export(format="ro-crate")
     assert issues_of(copy.directory, "REQUIRED") == {}
     (copy.directory / "study.toml").unlink()
     assert issues_of(copy.directory, "REQUIRED") != {}
 
 
 def test_a_crate_has_authors_content_times_and_versions(copy: Study) -> None:
-    path = copy.to_ro_crate(authors=[f"Josiah Carberry {ORCID}", "Ada"], license="CC-BY-4.0")
-    assert path == copy.directory / "ro-crate-metadata.json"
+    authors = [f"Josiah Carberry {ORCID}", "Ada"]
+    copy.export(format="ro-crate", author=authors, license="CC-BY-4.0")
     graph = entities(copy)
     root = graph["./"]
     action = graph["#the-runs"]
@@ -103,13 +99,13 @@ def test_a_crate_has_authors_content_times_and_versions(copy: Study) -> None:
 def test_every_entity_of_a_crate_is_an_existing_file_and_no_author(copy: Study) -> None:
     (copy.directory / "my notes.md").write_text("an idea")
     (copy.directory / "assays").mkdir()
-    copy.to_ro_crate()
+    copy.export(format="ro-crate")
     crate = ROCrate(copy.directory)
     paths = {entity.id for entity in crate.data_entities}
     assert {"study.toml", "my%20notes.md", "assays/", "runs/guessing/"} <= paths
     assert all(Path(entity.source).exists() for entity in crate.data_entities)
     # A crate without options has no author and no license.
-    copy.to_ro_crate()
+    copy.export(format="ro-crate")
     graph = entities(copy)
     assert "author" not in graph["./"]
     assert "agent" not in graph["#the-runs"]
@@ -130,7 +126,7 @@ def test_the_command_updates_the_crate_and_does_not_change_the_study(
         [copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory
     )
     assert longer.runs("guessing") == [0, 1]
-    copy.to_ro_crate()
+    copy.export(format="ro-crate")
     assert entities(copy)["runs/guessing/"]["description"] == "runs: 2; netCDF 3"
 
 
@@ -138,49 +134,8 @@ def test_a_crate_cites_the_paper_of_the_study(tmp_path: Path) -> None:
     stored = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=5, paper="le-2019")
     stored.write("evo/A", 0, bl.simulate(shorten_preset("evo/A"), seed=5))
     study = bl.open_study(stored.directory)
-    study.to_ro_crate()
+    study.export(format="ro-crate")
     graph = entities(study)
     article = graph[graph["./"]["citation"]["@id"]]
     assert article["@type"] == "ScholarlyArticle"
     assert article["name"].startswith("Evolving Self-taught Neural Networks")
-
-
-def test_a_crate_of_another_program_is_overwritten_only_with_force(
-    copy: Study, command: Command
-) -> None:
-    (copy.directory / "ro-crate-metadata.json").write_text('{"@graph": []}')
-    done = command("export", str(copy.directory), "--format", "ro-crate")
-    assert done.code == 2 and "exists and was not written by this command" in done.err
-    assert command("export", str(copy.directory), "--format", "ro-crate", "--force").code == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (
-            ["--license", "ask me first"],
-            "--license ask me first must be an address, https://..., or an SPDX name such as "
-            "CC-BY-4.0",
-        ),
-        (
-            ["--author", " "],
-            "--author   must have a name, which the address of an ORCID may follow",
-        ),
-    ],
-)
-def test_an_invalid_option_is_refused_before_the_crate_is_written(
-    copy: Study, command: Command, options: list[str], message: str
-) -> None:
-    done = command("export", str(copy.directory), "--format", "ro-crate", *options)
-    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
-    assert not (copy.directory / "ro-crate-metadata.json").exists()
-
-
-def test_without_the_library_the_error_has_the_command_that_installs_it(
-    copy: Study, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
-    with pytest.raises(
-        RefusedError, match=re.escape(str(missing_extra_error("exchange", "an RO-Crate")))
-    ):
-        copy.to_ro_crate()

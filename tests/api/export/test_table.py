@@ -1,12 +1,9 @@
-"""The tidy table of a study, against its records: in pandas, in polars, as Parquet and as CSV."""
+"""The tidy table of a study, against its records, in all libraries; and the table of outcomes."""
 
 from __future__ import annotations
 
 import json
-import re
-import sys
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +11,13 @@ import pandas as pd
 import polars as pl
 import pyarrow.parquet as pq
 import pytest
+import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab import Study, StudyError
-from baldwinlab.api.export import files
-from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import installation_command
-from tests.commands import Command
+from baldwinlab import Study
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.api.export import parquet
+from baldwinlab.api.export.table import Table
 from tests.small_studies import make_small_study, shorten_preset
 
 KEY = ["condition", "run", "generation", "agent"]
@@ -97,9 +94,9 @@ def test_pandas_and_polars_read_parquet_with_the_same_values(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A row group has two runs.
-    monkeypatch.setattr(files, "MIN_ROW_GROUP_ROWS", 70)
+    monkeypatch.setattr(parquet, "MIN_ROW_GROUP_ROWS", 70)
     path = tmp_path / "study.parquet"
-    mixed.to_parquet(path)
+    mixed.export(path)
     assert pq.ParquetFile(path).num_row_groups == 2
     read = pd.read_parquet(path)
     table = mixed.to_pandas()
@@ -115,7 +112,7 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
     mixed: Study, tmp_path: Path
 ) -> None:
     path = tmp_path / "study.csv"
-    mixed.to_csv(path)
+    mixed.export(path)
     table = mixed.to_pandas()
     missing = {name: "" for name in table.columns if name != "map"}
     read = pd.read_csv(path, keep_default_na=False, na_values=missing)
@@ -144,117 +141,37 @@ def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> No
     frame = study.to_pandas()
     by_point = frame.groupby([*fields], observed=True)["run"]
     assert by_point.count().tolist() == [40] * 4
-    study.to_csv(tmp_path / "swept.csv")
-    study.to_parquet(tmp_path / "swept.parquet")
+    study.export(tmp_path / "swept.csv")
+    study.export(tmp_path / "swept.parquet")
     rates = study.to_polars()["learning.rate"].to_list()
     assert pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist() == rates
     read = pd.read_parquet(tmp_path / "swept.parquet")
     assert read["learning.rate"].unique().tolist() == [0.0, 0.5]
 
 
-EXPORTS: list[Callable[[Study, Path], object]] = [
-    lambda study, path: study.to_pandas(),
-    lambda study, path: study.to_polars(),
-    lambda study, path: study.to_arviz(),
-    lambda study, path: study.to_parquet(path / "x.parquet"),
-    lambda study, path: study.to_csv(path / "x.csv"),
-    lambda study, path: study.to_zarr(path / "x.zarr"),
-    lambda study, path: study.to_phylogeny(path / "x.csv"),
-    lambda study, path: study.to_ro_crate(),
-]
+def test_a_table_of_agents_has_no_time_series(tmp_path: Path) -> None:
+    experiment = shorten_preset("evo/A").replace(record={"every": 100})
+    table = Table(make_small_study(tmp_path / "study", [experiment], runs=1))
+    assert "food_eaten" in table.names
+    assert "energy_gained" not in table.names
 
 
-def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
-    tmp_path: Path,
-) -> None:
-    study = bl.open_study(
-        make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2).directory
-    )
-    out = tmp_path / "out"
-    out.mkdir()
-    record = study.directory / "runs" / "evo" / "A" / "0001.nc"
-    record.write_bytes(record.read_bytes()[:-1] + b"?")
-    for export in EXPORTS:
-        with pytest.raises(StudyError, match=r"0001\.nc is damaged"):
-            export(study, out)
-    record.unlink()
-    record.with_name("0000.nc").unlink()
-    for export in EXPORTS:
-        with pytest.raises(StudyError, match="holds no finished run yet"):
-            export(study, out)
-    assert not list(out.iterdir())
+def test_arviz_has_the_outcome_of_each_run_as_observed_data(mixed: Study) -> None:
+    convert_to_datatree = pytest.importorskip("arviz_base").convert_to_datatree
+    summary = pytest.importorskip("arviz_stats.summary").summary
+    tree = mixed.to_arviz(last=2)
+    assert convert_to_datatree(tree) is tree
+    observed = tree["observed_data"].to_dataset()
+    for measure in ("best", "mean", "share"):
+        np.testing.assert_array_equal(observed[measure], fitness.final(mixed.data(), measure, 2))
+    assert observed["share"].attrs["units"] == "1"
+    assert observed["mean"].attrs["long_name"] == "fitness of the average agent"
 
-
-@pytest.mark.parametrize(("library", "number"), [("polars", 1), ("pyarrow", 3), ("zarr", 5)])
-def test_without_a_library_the_error_has_the_command_that_installs_it(
-    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, number: int
-) -> None:
-    for name in [name for name in sys.modules if name.partition(".")[0] == library]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(RefusedError, match=re.escape(installation_command("exchange"))):
-        EXPORTS[number](mixed, tmp_path)
-    assert not list(tmp_path.iterdir())
-
-
-def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
-    mixed: Study, command: Command, tmp_path: Path
-) -> None:
-    source = str(mixed.directory)
-    for ending in ("csv", "parquet"):
-        for _ in range(2):  # its own may be written over
-            done = command("export", source, "--out", f"mine.{ending}")
-            assert (done.code, done.out) == (0, f"mine.{ending}: 3 runs\n"), done.err
-        (tmp_path / f"theirs.{ending}").write_text("condition,years of work\n")
-        refused = command("export", source, "--out", f"theirs.{ending}")
-        assert refused.code == 2 and "exists and was not written by this command" in refused.err
-        assert command("export", source, "--out", f"theirs.{ending}", "--force").code == 0
-    assert pd.read_parquet("theirs.parquet").shape == (152, 15)
-    assert command("export", source, "--out", "mine.zarr").code == 0
-    refused = command("export", source, "--out", "mine.zarr", "--force")
-    assert refused.code == 2 and "exists. Choose another path or remove it." in refused.err
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (
-            ["--out", "x.xlsx"],
-            "--out x.xlsx must end in .html for a page, .trees for a tree sequence, .onnx for a "
-            "network, or in .zarr, .parquet or .csv for the results of a study; or give --format",
-        ),
-        (["--out", "x.csv", "--seed", "3"], "--seed applies to --format page, not csv"),
-        (
-            [],
-            "--out is missing: give a file that ends in .csv, .parquet, .zarr, .trees, .onnx or "
-            ".html; only --format ro-crate needs no file",
-        ),
-        (["--format", "csv"], "--out is missing: --format csv needs the name of a file"),
-        (
-            ["--format", "ro-crate", "--out", "x.json"],
-            "--out applies to --format csv or parquet or zarr or phylogeny or tskit or onnx or "
-            "page or explorable or lesson, not ro-crate",
-        ),
-        (
-            ["--format", "csv", "--out", "x.txt"],
-            "--out x.txt must end in .csv, as --format csv needs",
-        ),
-        *(
-            (
-                ["--out", path],
-                f"--out {path}: the folder no does not exist. Create it or choose another path.",
-            )
-            for path in ("no/x.zarr", "no/x.csv")
-        ),
-    ],
-)
-def test_what_cannot_be_exported_is_refused_in_a_sentence(
-    mixed: Study, command: Command, words: list[str], sentence: str
-) -> None:
-    done = command("export", str(mixed.directory), *words)
-    assert (done.code, done.err) == (2, f"baldwinlab: {sentence}\n")
-
-
-def test_a_preset_has_no_results(command: Command) -> None:
-    done = command("export", "evo/A", "--out", "x.csv")
-    assert (done.code, done.err) == (2, "baldwinlab: evo/A holds no study: it has no study.toml\n")
+    evo = mixed.to_arviz().observed_data.to_dataset().sel(condition=["evo/A"])
+    energy = np.stack([mixed._store.read("evo/A", run)["energy"].values for run in range(2)])
+    options = {"group": "observed_data", "sample_dims": ["run"], "kind": "stats"}
+    table = summary(xr.DataTree.from_dict({"observed_data": evo}), **options)
+    # The summary rounds.
+    for measure, values in (("mean", energy), ("best", energy.max(-1))):
+        mean = float(table.loc[f"{measure}[evo/A]", "mean"])
+        assert mean == pytest.approx(values.mean(), rel=0.01)

@@ -1,4 +1,4 @@
-"""A study as Zarr, as a phylogeny and for ArviZ, read with the libraries of these formats."""
+"""A study as a Zarr store, read with xarray."""
 
 from __future__ import annotations
 
@@ -8,21 +8,16 @@ from typing import Any
 from weakref import ref
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 import zarr
 
 import baldwinlab as bl
 from baldwinlab import Study
-from baldwinlab.analysis.statistics import fitness
-from baldwinlab.api.export import files
 from baldwinlab.api.export import zarr as zarr_export
+from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.studies import records
-from baldwinlab.studies import store as stored
-from tests.api.export.validators import validate
-from tests.commands import Command
+from baldwinlab.studies import recorded_arrays
 from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.completion import fail_without_space
 
@@ -33,7 +28,7 @@ def test_a_zarr_store_has_the_data_units_and_labels_of_the_study(
     with warnings.catch_warnings():
         # Zarr warns about data types that its specification does not have.
         warnings.simplefilter("error")
-        mixed.to_zarr(tmp_path / "study.zarr")
+        mixed.export(tmp_path / "study.zarr")
     data = bl.open_runs(mixed.directory)
     opened = xr.open_zarr(tmp_path / "study.zarr", consolidated=False).load()
     xr.testing.assert_equal(opened, data)
@@ -60,7 +55,7 @@ def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
     )
     # Without a run, integers become floating-point numbers, because missing values are NaN.
     for name in ("complete", "gaps"):
-        study.to_zarr(tmp_path / f"{name}.zarr")
+        study.export(tmp_path / f"{name}.zarr")
         opened = xr.open_zarr(tmp_path / f"{name}.zarr", consolidated=False).load()
         data = study.data()
         xr.testing.assert_equal(opened, data)
@@ -71,101 +66,57 @@ def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
         (study.directory / "runs" / study.conditions[4] / "0001.nc").unlink(missing_ok=True)
 
 
-@pytest.mark.parametrize("method", ["to_zarr", "to_parquet", "to_csv"])
-def test_an_export_has_a_few_runs_in_memory_at_a_time(
-    tmp_path: Path, method: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("stored_bytes", [0, 2**30], ids=["by chunk", "by variable"])
+def test_a_store_is_written_from_one_variable_and_one_chunk_at_a_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stored_bytes: int
 ) -> None:
-    read = records.read_record_of_file
+    study = make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9)
+    values_of_run = 3 * 20
+    read = recorded_arrays.RecordedArray._read
     references: list[ref[np.ndarray]] = []
-    peak_count = 0
+    peak_values = 0
 
-    def read_and_count(*arguments: Any) -> xr.Dataset:
-        nonlocal peak_count
-        record = read(*arguments)
-        references.append(ref(record["energy"].values))
-        peak_count = max(peak_count, sum(reference() is not None for reference in references))
-        return record
+    def read_and_count(self: Any, indices: Any) -> np.ndarray:
+        nonlocal peak_values
+        values = read(self, indices)
+        references.append(ref(values))
+        stored = [array.size for reference in references if (array := reference()) is not None]
+        peak_values = max(peak_values, sum(stored))
+        return values
 
-    monkeypatch.setattr(records, "read_record_of_file", read_and_count)
-    monkeypatch.setattr(stored, "read_record_of_file", read_and_count)
+    monkeypatch.setattr(recorded_arrays.RecordedArray, "_read", read_and_count)
+    monkeypatch.setattr(recorded_arrays, "MAX_WHOLE_BYTES", stored_bytes)
     monkeypatch.setattr(zarr_export, "MAX_CHUNK_ROWS", 1)
-    monkeypatch.setattr(files, "MIN_ROW_GROUP_ROWS", 1)
-    study = bl.open_study(
-        make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9).directory
-    )
-    getattr(study, method)(tmp_path / "exported")
-    assert len(references) >= 9
-    assert peak_count <= 3
+    bl.open_study(study.directory).export(tmp_path / "study.zarr")
+    # The variable `parents` has two values per agent.
+    limit = 2 * (9 if stored_bytes else 2) * values_of_run
+    assert 0 < peak_values <= limit
+    assert len(references) == (3 if stored_bytes else 27)
 
 
 def test_an_incomplete_or_misplaced_export_leaves_no_files(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(RefusedError, match="is inside the study"):
-        mixed.to_zarr(mixed.directory / "runs" / "study.zarr")
+        mixed.export(mixed.directory / "runs" / "study.zarr")
     monkeypatch.setattr(Path, "replace", lambda path, target: fail_without_space(0))
     with pytest.raises(OSError, match="no space is left in"):
-        mixed.to_zarr(tmp_path / "study.zarr")
+        mixed.export(tmp_path / "study.zarr")
     assert not list(tmp_path.iterdir())
 
 
-def test_the_phylogeny_of_a_study_has_the_phylogenies_of_all_runs(
-    mixed: Study, command: Command
-) -> None:
-    done = command("export", str(mixed.directory), "--format", "phylogeny", "--out", "all.csv")
-    assert done.out == "all.csv: 152 agents\n"
-    table = pd.read_csv("all.csv")
-    assert (table["ancestor_list"] == "[none]").sum() == 20 + 20 + 8
-    first_id = 0
-    for (condition, run), rows in table.groupby(["condition", "run"], sort=False):
-        mixed.to_phylogeny("single.csv", str(condition), int(str(run)))
-        single = pd.read_csv("single.csv")
-        assert (rows["id"].to_numpy() - first_id).tolist() == single["id"].tolist()
-        assert parent_ids(rows, first_id) == parent_ids(single, 0)
-        first_id += len(single)
-    mixed.to_phylogeny("all.csv", "evo/A")
-    assert pd.read_csv("all.csv")["run"].unique().tolist() == [0, 1]
-
-
-def parent_ids(phylogeny: pd.DataFrame, first_id: int) -> list[list[int]]:
-    """Return the parents of each agent, with numbers from `first_id`."""
-    lists = phylogeny["ancestor_list"].str.findall(r"\d+")
-    return [[int(parent) - first_id for parent in parents] for parents in lists]
-
-
-@pytest.mark.nightly
-def test_the_phylogeny_of_a_study_fulfills_the_alife_standard(mixed: Study, tmp_path: Path) -> None:
-    path = tmp_path / "all.csv"
-    mixed.to_phylogeny(path)
-    result = validate("phylogeny", path)
-    assert result["is_valid"]
-    assert result["is_sexual"]
-    assert len(result["roots"]) == 20 + 20 + 8
-
-
-def test_a_run_without_a_condition_is_refused(mixed: Study, command: Command) -> None:
-    phylogeny = ("--format", "phylogeny", "--run", "0", "--out", "x.csv")
-    done = command("export", str(mixed.directory), *phylogeny)
-    message = "--run 0 needs --condition, because every condition has a run 0; add --condition"
-    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
-
-
-def test_arviz_has_the_outcome_of_each_run_as_observed_data(mixed: Study) -> None:
-    convert_to_datatree = pytest.importorskip("arviz_base").convert_to_datatree
-    summary = pytest.importorskip("arviz_stats.summary").summary
-    tree = mixed.to_arviz(last=2)
-    assert convert_to_datatree(tree) is tree
-    observed = tree["observed_data"].to_dataset()
-    for measure in ("best", "mean", "share"):
-        np.testing.assert_array_equal(observed[measure], fitness.final(mixed.data(), measure, 2))
-    assert observed["share"].attrs["units"] == "1"
-    assert observed["mean"].attrs["long_name"] == "fitness of the average agent"
-
-    evo = mixed.to_arviz().observed_data.to_dataset().sel(condition=["evo/A"])
-    energy = np.stack([mixed._store.read("evo/A", run)["energy"].values for run in range(2)])
-    options = {"group": "observed_data", "sample_dims": ["run"], "kind": "stats"}
-    table = summary(xr.DataTree.from_dict({"observed_data": evo}), **options)
-    # The summary rounds.
-    for measure, values in (("mean", energy), ("best", energy.max(-1))):
-        mean = float(table.loc[f"{measure}[evo/A]", "mean"])
-        assert mean == pytest.approx(values.mean(), rel=0.01)
+@pytest.mark.parametrize("every", [100, 150])
+def test_a_zarr_store_has_the_time_series_of_the_study(tmp_path: Path, every: int) -> None:
+    conditions = [
+        shorten_preset("evo/A").replace(name="hundreds", record={"every": 100}),
+        shorten_preset("evo/A").replace(name="others", record={"every": every}),
+        shorten_preset("evo/A"),
+    ]
+    study = make_small_study(tmp_path / "study", conditions, runs=2)
+    write_zarr(study, tmp_path / "study.zarr")
+    exported = xr.open_zarr(tmp_path / "study.zarr", consolidated=False)
+    data = bl.open_runs(study.directory)
+    assert exported["window"].values.tolist() == sorted({0, 100, 200, every})
+    for name in ("energy_gained", "births", "agents_alive"):
+        np.testing.assert_array_equal(exported[name], data[name].transpose(*exported[name].dims))
+    assert np.isnan(exported["energy_gained"].sel(condition="evo/A")).all()

@@ -105,17 +105,6 @@ def test_a_vector_of_worlds_equals_single_worlds() -> None:
     )
 
 
-@pytest.mark.nightly
-def test_a_continuous_body_takes_one_number_per_output() -> None:
-    world = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
-    assert world.single_action_space.shape == (2,)
-    world.reset(seed=1)
-    before = world._worlds._batch._state.positions.copy()
-    world.step(np.zeros((EXPERIMENT.population.size, 2), np.float32))
-    # Both outputs are 0, so the agents do not move.
-    assert (world._worlds._batch._state.positions == before).all()
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -215,13 +204,20 @@ def test_actions_are_those_of_the_agents() -> None:
 
 
 @pytest.mark.nightly
-def test_continuous_actions_are_checked() -> None:
+def test_a_continuous_body_takes_one_number_per_output_from_0_to_1() -> None:
     env = bl.single_env(SINGLE.replace(motor={"body": "continuous"}))
     env.reset(seed=1)
     for action in ([0.5], [0.5, 1.1], [-0.1, 0], [math.nan, 0], 1, [True, False], ["a", "b"]):
         with pytest.raises(InvalidActionError, match="must be an array of 2 numbers from 0 to 1"):
             env.step(action)
     env.step([0, 1])
+    worlds = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
+    assert worlds.single_action_space.shape == (2,)
+    worlds.reset(seed=1)
+    before = worlds._worlds._batch._state.positions.copy()
+    worlds.step(np.zeros((EXPERIMENT.population.size, 2), np.float32))
+    # Both outputs are 0, so the agents do not move.
+    assert (worlds._worlds._batch._state.positions == before).all()
 
 
 def test_gymnasium_makes_the_environments_of_a_preset() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.api.checks.oracle_data import Agent, Item
 from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.reference import Agent, Item
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import make_simulator

@@ -12,9 +12,8 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.oracle_data import Agent, Module
 from baldwinlab.api.checks.oracle_steps import make_naive
-from baldwinlab.api.checks.reference import Naive
+from baldwinlab.api.checks.reference import Agent, Module, Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.parts.part import compiled_values

@@ -7,8 +7,7 @@ from itertools import combinations, product
 
 import pytest
 
-from baldwinlab.api.checks.cases import CASE_SETTINGS, Case, make_cases
-from baldwinlab.api.checks.fixture import group_parts
+from baldwinlab.api.checks.fixture import CASE_SETTINGS, Case, group_parts, make_cases
 from baldwinlab.experiment import registry
 
 FACTORS = ({1, 2, 17, 20}, {"sequential", "simultaneous"}, {False, True}, {False, True})

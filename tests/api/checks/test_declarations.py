@@ -9,13 +9,13 @@ from textwrap import dedent, indent
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.signatures import (
+from baldwinlab.api.checks.declarations import (
     ORACLES,
     require_signature,
     unverified_hooks,
     verified_hooks,
 )
+from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.experiment import registry
 from baldwinlab.parts.loading import load_file, parts_in
 from tests.oracles.parts import BUILT_IN_ORACLES, use_oracles

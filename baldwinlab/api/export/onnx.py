@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import make_network, read_genomes, select_condition
-from baldwinlab.api.export.extra import require_extra
+from baldwinlab.api.export.formats import ExportFormat, Option
+from baldwinlab.api.export.tskit import OPTIONS_OF_RUN, choose_run
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
@@ -27,50 +28,44 @@ OPERATOR_SET_VERSION: Final = 13
 FORMAT_VERSION: Final = 8
 
 
-class AgentKey(NamedTuple):
-    """The agent of a study: run, generation, and number of the agent, each from 0."""
-
-    run: int
-    generation: int
-    agent: int
-
-
 def write_onnx(
     study: StudyStore,
     path: Path,
-    condition: str | None,
-    key: AgentKey,
     *,
-    moment: Moment = "birth",
+    generation: int,
+    agent: int,
+    condition: str | None = None,
+    run: int | None = None,
+    at: Moment = "birth",
     force: bool = False,
-) -> int:
-    """Write the action network of an agent as ONNX.
+) -> str:
+    """Write the action network of an agent as ONNX, and return the number of weights as text.
 
-    `moment`: "birth", or "death" for the weights after all learning.
+    `at`: "birth", or "death" for the weights after all learning.
     """
-    with require_extra("a network as ONNX"):
-        import onnx
+    import onnx
+
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
     name = select_condition(study, condition)
-    run, generation, agent = key
+    run_index = choose_run(study, name, run)
     experiment = study.experiment(name).at(generation)
-    _require_feed_forward(experiment, moment)
-    network = make_network(study, name, run, generation, agent, module="action")
+    _require_feed_forward(experiment, at)
+    network = make_network(study, name, run_index, generation, agent, module="action")
     weights = network.weights.values
-    if moment == "death":
-        weights = _weights_at_death(study, name, key)
+    if at == "death":
+        weights = _weights_at_death(study, name, run_index, generation, agent)
     origin = {
         "condition": name,
         "seed": str(study.seed),
-        "run": str(run),
+        "run": str(run_index),
         "generation": str(generation),
         "agent": str(agent),
-        "moment": moment,
+        "moment": at,
         "inputs": json.dumps(list(network.inputs)),
         "outputs": json.dumps(list(network.outputs)),
     }
     write_atomically(path, _encode(onnx, experiment, weights, origin))
-    return int(weights.size)
+    return f"{path}: {weights.size:,} weights at {at}"
 
 
 def _require_feed_forward(experiment: BaseExperiment, moment: Moment) -> None:
@@ -88,9 +83,10 @@ def _require_feed_forward(experiment: BaseExperiment, moment: Moment) -> None:
         )
 
 
-def _weights_at_death(study: StudyStore, condition: str, key: AgentKey) -> npt.NDArray[np.float32]:
+def _weights_at_death(
+    study: StudyStore, condition: str, run: int, generation: int, agent: int
+) -> npt.NDArray[np.float32]:
     """Simulate the lifetime of an agent's generation and return its weights."""
-    run, generation, agent = key
     experiment = study.experiment(condition)
     genome = read_genomes(study, condition, run, generation, None).values
     batch = make_batch(experiment, study.seed, [run], generation, genome[None])
@@ -144,3 +140,20 @@ def _encode(
     helper.set_model_props(model, origin)
     onnx.checker.check_model(model)
     return bytes(model.SerializeToString(deterministic=True))
+
+
+FORMAT: Final = ExportFormat(
+    name="onnx",
+    content="the feed-forward network of an agent, at birth or at death",
+    write=write_onnx,
+    suffix=".onnx",
+    options=(
+        *OPTIONS_OF_RUN,
+        Option("generation", int, "number of a generation, from 0. No default.", is_required=True),
+        Option("agent", int, "number of an agent, from 0. No default.", is_required=True),
+        Option("at", Moment, "weights at birth or at death. Default: birth."),
+    ),
+    library="onnx",
+    extra="exchange",
+    uses_parts=True,
+)

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import select_condition
-from baldwinlab.api.export.extra import require_extra
+from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
@@ -36,6 +36,11 @@ from baldwinlab.studies.store import StudyStore
 
 # Number of edges above which the tables are simplified during the conversion, to limit memory.
 MAX_EDGES: Final = 2_000_000
+# Options of a format of one run.
+OPTIONS_OF_RUN: Final = (
+    Option("condition", str, "a condition. Default: the only condition."),
+    Option("run", int, "number of a run. Default: the only run."),
+)
 Index = npt.NDArray[np.int64]
 
 
@@ -51,14 +56,16 @@ class Edges(NamedTuple):
 
 
 def write_tree_sequence(
-    study: StudyStore, path: Path, condition: str | None, run: int | None, *, force: bool = False
-) -> tuple[int, int]:
-    """Write the ancestry of the last generation of a run as a tree sequence.
+    study: StudyStore,
+    path: Path,
+    *,
+    condition: str | None = None,
+    run: int | None = None,
+    force: bool = False,
+) -> str:
+    """Write the ancestry of the last generation of a run; return the number of trees as text."""
+    import tskit
 
-    `run`: number of a run; the only stored run if None.
-    """
-    with require_extra("a tree sequence"):
-        import tskit
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
     name = select_condition(study, condition)
     experiment = study.experiment(name)
@@ -79,7 +86,7 @@ def write_tree_sequence(
     sequence = tables.tree_sequence()
     with atomic_path(path) as partial_path:
         sequence.dump(partial_path)
-    return sequence.num_trees, sequence.num_individuals
+    return f"{path}: {sequence.num_trees:,} trees, {sequence.num_individuals:,} individuals"
 
 
 def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
@@ -218,3 +225,15 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     right[right == 0] = len(genes)
     parent = parents[child, is_second[child, left].astype(int)]
     return Edges(left, right, parent.astype(np.int64), child)
+
+
+FORMAT: Final = ExportFormat(
+    name="tskit",
+    content="the ancestry of every gene in the last generation of a run, as a tree sequence",
+    write=write_tree_sequence,
+    suffix=".trees",
+    options=OPTIONS_OF_RUN,
+    library="tskit",
+    extra="exchange",
+    uses_parts=True,
+)
