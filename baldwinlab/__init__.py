@@ -16,12 +16,10 @@ from baldwinlab._version import __version__
 from baldwinlab.core.gymnasium_registration import register_environments
 
 if TYPE_CHECKING:
-    from baldwinlab.api.atlas.reproduce import reproduce_atlas
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
     from baldwinlab.api.frozen_genomes import replay_genome_file
-    from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
     from baldwinlab.api.integrations.pettingzoo import parallel_env
@@ -60,7 +58,6 @@ __all__ = [
     "StudyError",
     "__version__",
     "check_part",
-    "compare_papers",
     "compete",
     "freeze",
     "load",
@@ -74,8 +71,6 @@ __all__ = [
     "replay",
     "replay_genome_file",
     "reproduce",
-    "reproduce_all",
-    "reproduce_atlas",
     "run",
     "simulate",
     "single_env",
@@ -98,7 +93,6 @@ _MODULE_BY_NAME = {
     "Study": "api.study",
     "StudyError": "studies.records",
     "check_part": "api.checks",
-    "compare_papers": "api.gallery",
     "compete": "api.compete",
     "freeze": "api.freezer",
     "load": "api.load",
@@ -112,8 +106,6 @@ _MODULE_BY_NAME = {
     "replay": "simulation.replay",
     "replay_genome_file": "api.frozen_genomes",
     "reproduce": "api.reproduce",
-    "reproduce_all": "api.gallery",
-    "reproduce_atlas": "api.atlas.reproduce",
     "run": "api.run",
     "simulate": "simulation.simulate",
     "single_env": "api.integrations.gymnasium",

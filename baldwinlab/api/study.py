@@ -11,12 +11,18 @@ from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import (
+    AssayArguments,
+    AssayOptions,
+    RunArguments,
+    RunOptions,
+    list_options,
+)
 from baldwinlab.api.run_study import extend
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.deferred import xr
@@ -59,15 +65,13 @@ class Study(StudyExports):
         return open_study, (location,)
 
     @check_numbers
+    @list_options(RunOptions)
     def extend(
         self,
         generations: int | None = None,
         *,
         runs: int | None = None,
-        workers: int | None = None,
-        backend: str = "auto",
-        executor: str = "threads",
-        force: bool = False,
+        **options: Unpack[RunArguments],
     ) -> None:
         """Run the study further, with more generations, more runs, or both.
 
@@ -79,15 +83,8 @@ class Study(StudyExports):
             Number of generations of all conditions. By default the stored number.
         runs
             Number of runs of each condition. By default the largest stored number.
-        workers
-            Number of threads, at least 1; by default one per core. With the executor "slurm", the
-            number of jobs.
-        backend
-            "cpu", "cuda", or "auto" for the fastest that is available.
-        executor
-            "threads", "dask:tcp://HOST:PORT", or "slurm".
-        force
-            Run even if less memory or disk is free than the estimate.
+        **options
+            Fields of `RunOptions`.
 
         Raises
         ------
@@ -100,19 +97,17 @@ class Study(StudyExports):
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
-        options = RunOptions(workers=workers, backend=backend, executor=executor, force=force)
-        self._store = extend(self._store, options, generations=generations, runs=runs)
+        self._store = extend(self._store, RunOptions(**options), generations=generations, runs=runs)
 
     @check_numbers
+    @list_options(AssayOptions)
     def assay(
         self,
         name: str,
         condition: str | None = None,
         *,
         generations: int | None = None,
-        workers: int | None = None,
-        executor: str = "threads",
-        force: bool = False,
+        **options: Unpack[AssayArguments],
     ) -> xr.Dataset:
         """Return the results of an assay. Run the assay first for conditions without results.
 
@@ -127,13 +122,8 @@ class Study(StudyExports):
         generations
             Number of generations of the branches of "fork" or "fork-mode", at least 1. By default
             the stored number, or 20.
-        workers
-            Number of threads, at least 1; by default one per core. With the executor "slurm", the
-            number of jobs.
-        executor
-            "threads", "dask:tcp://HOST:PORT", or "slurm".
-        force
-            Run even if less memory or disk is free than the estimate.
+        **options
+            Fields of `AssayOptions`.
 
         Returns
         -------
@@ -153,10 +143,10 @@ class Study(StudyExports):
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
+        assay_options = AssayOptions(**options)
         require_branch_length(generations, [name])
         if any(find_missing_assays(self._store, [name], generations).values()):
-            options = RunOptions(workers, executor=executor, force=force)
-            run_missing_assays(self._store, [name], options, generations)
+            run_missing_assays(self._store, [name], assay_options, generations)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         conditions = [

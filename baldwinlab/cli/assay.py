@@ -8,16 +8,13 @@ from cyclopts import Parameter
 
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import ASSAY_DEFAULTS, AssayOptions
 from baldwinlab.cli.options import (
+    FIELDS,
     HIDE_DEFAULT,
     Directory,
-    Executor,
-    Force,
     Json,
-    OptionalInteger,
     Parts,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -45,7 +42,7 @@ def assay(
         Parameter(help="More assays, separated by commas. Default: none."),
     ] = None,
     generations: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(help="Number of generations of the branches of a fork, by default 20."),
     ] = None,
@@ -57,10 +54,8 @@ def assay(
             "frequent genotype.",
         ),
     ] = POPULATION,
-    workers: Workers = None,
     part: Parts = None,
-    executor: Executor = "threads",
-    force: Force = False,
+    options: Annotated[AssayOptions, FIELDS] = ASSAY_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Simulate the stored genomes of a study under changed conditions, and measure what they do.
@@ -80,9 +75,8 @@ def assay(
         console.reserve_stdout()
     study = StudyStore(directory)
     selected_assays = _select_assays(names, assays, start)
-    options = RunOptions(workers, executor=executor, force=force)
     run_missing_assays(study, selected_assays, options, generations)
-    report(study, force=force)
+    report(study, force=options.force)
     if json:
         print_results(study)
 

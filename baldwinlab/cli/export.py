@@ -19,7 +19,6 @@ from baldwinlab.cli.options import (
     FLAG,
     HIDE_DEFAULT,
     Assignments,
-    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -88,7 +87,7 @@ def export(
     part: Parts = None,
     assignments: Assignments = None,
     seed: Annotated[
-        OptionalInteger,
+        int | None,
         Parameter(help="page: first seed. Default: the seed of the study, or 0."),
     ] = None,
     condition: Annotated[
@@ -99,19 +98,19 @@ def export(
         ),
     ] = None,
     run: Annotated[
-        OptionalInteger,
+        int | None,
         Parameter(
             help="phylogeny, tskit, onnx: number of a run. Default: all runs; for tskit and onnx, "
             "the only run."
         ),
     ] = None,
     generation: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(help="onnx: number of a generation, from 0. No default."),
     ] = None,
     agent: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(help="onnx: number of an agent, from 0. No default."),
     ] = None,

@@ -13,7 +13,6 @@ from baldwinlab.cli.options import (
     HIDE_DEFAULT,
     OVERWRITE_FORCE,
     Json,
-    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -31,7 +30,7 @@ def freeze(
     /,
     *,
     agent: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(help="Number of an agent, from 0. Default: all agents."),
     ] = None,

@@ -19,7 +19,6 @@ from baldwinlab.cli.options import (
     RESOURCE_FORCE,
     Assignments,
     Directory,
-    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -71,7 +70,7 @@ def replay(
         ),
     ] = None,
     run: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(
             help="Number of a stored run, from 0. It is required for a study, and for a genome "
@@ -79,7 +78,7 @@ def replay(
         ),
     ] = None,
     generation: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(
             help="Number of a generation, from 0. It is required for a study. Default of a genome "
@@ -87,7 +86,7 @@ def replay(
         ),
     ] = None,
     seed: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
     ] = None,

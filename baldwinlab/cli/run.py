@@ -7,24 +7,20 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.run import run_loaded
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import extend
 from baldwinlab.cli.options import (
+    FIELDS,
     HIDE_DEFAULT,
     LOCATION,
     Assignments,
-    Backend,
     Baseline,
-    Executor,
     Experiment,
-    Force,
     Json,
-    OptionalInteger,
     Out,
     Parts,
     Seed,
     Variant,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -52,7 +48,7 @@ def run(
     assignments: Assignments = None,
     baseline: Baseline = "",
     generations: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(
             help="Number of generations, by default that of the experiment. A stored study is "
@@ -60,7 +56,7 @@ def run(
         ),
     ] = None,
     runs: Annotated[
-        OptionalInteger,
+        int | None,
         HIDE_DEFAULT,
         Parameter(
             help="Number of independent runs of each condition, by default "
@@ -68,15 +64,12 @@ def run(
         ),
     ] = None,
     seed: Seed = 0,
-    workers: Workers = None,
     out: Annotated[
         Out,
         Parameter(
             help=f"{LOCATION} Default: results/NAME, where NAME joins the names of the experiments."
         ),
     ] = None,
-    backend: Backend = "auto",
-    executor: Executor = "threads",
     founders: Annotated[
         tuple[str, ...],
         HIDE_DEFAULT,
@@ -98,13 +91,7 @@ def run(
             "--at 50 learning.rule=none. By default no setting changes.",
         ),
     ] = (),
-    checkpoint: Annotated[
-        str,
-        Parameter(
-            help="Interval between two checkpoints of a run: seconds (60s) or generations (100)."
-        ),
-    ] = "60s",
-    force: Force = False,
+    options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Run one or several experiments as one study, and compare them.
@@ -121,9 +108,6 @@ def run(
     load_parts(part)
     if json:
         console.reserve_stdout()
-    options = RunOptions(
-        workers, backend=backend, executor=executor, force=force, checkpoint=checkpoint
-    )
     directory = parse_location(experiment)
     if is_study(directory):
         has_other_options = any((experiments, assignments, out, seed, founders, at))
