@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
-    from baldwinlab.api.frozen_genomes import replay_genome_file
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
     from baldwinlab.api.integrations.pettingzoo import parallel_env
-    from baldwinlab.api.load import load, read_experiment
+    from baldwinlab.api.load import load
+    from baldwinlab.api.replay import replay
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
@@ -37,12 +37,8 @@ if TYPE_CHECKING:
     )
     from baldwinlab.experiment import Experiment, ExperimentError
     from baldwinlab.papers.loading import PaperError
-    from baldwinlab.simulation.replay import replay
     from baldwinlab.simulation.simulate import simulate
-    from baldwinlab.studies.assays.results import open_assay
-    from baldwinlab.studies.open import open_runs
     from baldwinlab.studies.records import DamagedRecordError, StudyError
-    from baldwinlab.studies.sweeps.design import open_sweep
 
 __all__ = [
     "ArgumentError",
@@ -62,14 +58,9 @@ __all__ = [
     "freeze",
     "load",
     "make_problem",
-    "open_assay",
-    "open_runs",
     "open_study",
-    "open_sweep",
     "parallel_env",
-    "read_experiment",
     "replay",
-    "replay_genome_file",
     "reproduce",
     "run",
     "simulate",
@@ -97,14 +88,9 @@ _MODULE_BY_NAME = {
     "freeze": "api.freezer",
     "load": "api.load",
     "make_problem": "api.integrations.optimizers",
-    "open_assay": "studies.assays.results",
-    "open_runs": "studies.open",
     "open_study": "api.study",
-    "open_sweep": "studies.sweeps.design",
     "parallel_env": "api.integrations.pettingzoo",
-    "read_experiment": "api.load",
-    "replay": "simulation.replay",
-    "replay_genome_file": "api.frozen_genomes",
+    "replay": "api.replay",
     "reproduce": "api.reproduce",
     "run": "api.run",
     "simulate": "simulation.simulate",

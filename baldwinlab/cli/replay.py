@@ -9,7 +9,8 @@ from typing import Annotated, Any, Final, NamedTuple
 from cyclopts import Parameter
 
 from baldwinlab.api.agents import select_condition
-from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
+from baldwinlab.api.frozen_genomes import read_frozen
+from baldwinlab.api.replay import replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
     FLAG,

@@ -43,7 +43,6 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "freeze": {"reference": "missing:evo/A@0", "out": "frozen.nc"},
     "make_problem": {"experiment": shorten_preset()},
     "replay": {"experiment": shorten_preset()},
-    "replay_genome_file": {"genome": "missing.nc"},
     "reproduce": {},
     "run": {"experiments": "evo/A"},
     "simulate": {"experiment": shorten_preset()},

@@ -20,9 +20,11 @@ from baldwinlab.api.run_options import (
 from baldwinlab.cli.options import app
 from tests.commands import Command
 
-RUN_FUNCTIONS = [bl.run, bl.sweep, bl.reproduce, bl.Study.extend]
 FUNCTIONS: list[tuple[Callable[..., Any], type[AssayOptions]]] = [
-    *((function, RunOptions) for function in RUN_FUNCTIONS),
+    (bl.run, RunOptions),
+    (bl.sweep, RunOptions),
+    (bl.reproduce, RunOptions),
+    (bl.Study.extend, RunOptions),
     (bl.Study.assay, AssayOptions),
 ]
 COMMANDS: list[tuple[str, type[AssayOptions]]] = [
