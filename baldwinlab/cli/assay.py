@@ -11,7 +11,6 @@ from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import ASSAY_DEFAULTS, AssayOptions
 from baldwinlab.cli.options import (
     FIELDS,
-    HIDE_DEFAULT,
     Directory,
     Json,
     Parts,
@@ -43,7 +42,6 @@ def assay(
     ] = None,
     generations: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(help="Number of generations of the branches of a fork, by default 20."),
     ] = None,
     start: Annotated[

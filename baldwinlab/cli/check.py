@@ -22,7 +22,6 @@ def check(
         Parameter(
             help=f"Test only these requirements: {', '.join(REQUIREMENTS)}. Default: all.",
             consume_multiple=True,
-            negative="",
         ),
     ] = None,
     seed: Annotated[

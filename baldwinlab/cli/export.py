@@ -16,8 +16,6 @@ from baldwinlab.cli.export_formats import (
     require_page_output,
 )
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     Assignments,
     Parts,
     load_parts,
@@ -59,7 +57,6 @@ FORMATS_WITH_DEFAULT_OUTPUT: Final[tuple[Format, ...]] = ("ro-crate", "lesson")
 def export(
     source: Annotated[
         str,
-        HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
             "experiment file (.toml). No default; explorable and lesson have none."
@@ -106,35 +103,29 @@ def export(
     ] = None,
     generation: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(help="onnx: number of a generation, from 0. No default."),
     ] = None,
     agent: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(help="onnx: number of an agent, from 0. No default."),
     ] = None,
     at: Annotated[
         Moment | None,
-        HIDE_DEFAULT,
         Parameter(help="onnx: weights at birth or at death. Default: birth."),
     ] = None,
     author: Annotated[
         list[str] | None,
         Parameter(
-            negative="",
             help="ro-crate: name of an author, optionally followed by the address of an ORCID. "
             "Repeat the option for several authors.",
         ),
     ] = None,
     license: Annotated[
         str,
-        HIDE_DEFAULT,
         Parameter(help="ro-crate: license of the study, an address or an SPDX name: CC-BY-4.0."),
     ] = "",
     force: Annotated[
         bool,
-        FLAG,
         Parameter(
             help="Overwrite a file that this command did not write (never a Zarr store); for zarr, "
             "also run if less memory is free than the estimate."

@@ -9,8 +9,6 @@ from cyclopts import Parameter
 
 from baldwinlab.api.freezer import freeze as write_genome_file
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     OVERWRITE_FORCE,
     Json,
     Parts,
@@ -31,12 +29,11 @@ def freeze(
     *,
     agent: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(help="Number of an agent, from 0. Default: all agents."),
     ] = None,
     out: Annotated[Path, Parameter(help="Genome file to write (.nc).")],
     part: Parts = None,
-    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+    force: Annotated[bool, Parameter(help=OVERWRITE_FORCE)] = False,
     json: Json = False,
 ) -> None:
     """Write the genomes of an agent or of a population to one small file.

@@ -51,7 +51,9 @@ def lab(
     port: Annotated[
         int, Parameter(help="Port of the page's address; 0 for any free port.")
     ] = DEFAULT_LAB_PORT,
-    browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
+    browser: Annotated[
+        bool, Parameter(negative="--no-browser", help="Open the page in the browser.")
+    ] = True,
     root_path: Annotated[
         str | None,
         Parameter(help="Path under which a proxy serves the lab, for example /lab. By default /."),

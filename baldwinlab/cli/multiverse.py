@@ -13,7 +13,6 @@ from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.cli.options import (
     FIELDS,
-    FLAG,
     LOCATION,
     Json,
     LastGenerations,
@@ -57,7 +56,6 @@ def multiverse(
     runs: Runs = DEFAULT_RUNS,
     all_combinations: Annotated[
         bool,
-        FLAG,
         Parameter(
             help="Simulate all combinations of the choices (2048 for le-2019). Default: one "
             "changed choice at a time."

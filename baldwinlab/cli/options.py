@@ -57,8 +57,8 @@ def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
 
 
 def _format_default(value: Any) -> str | None:
-    """Return a default for the help. That of a flag, and None, are not shown."""
-    return None if value is None or value is False else str(value)
+    """Return a default for the help. The text of an option describes an empty default."""
+    return None if value is False or value in (None, "", ()) else str(value)
 
 
 def _require_decimal_integers(
@@ -112,6 +112,8 @@ app = App(
     error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_format_error(error))}",
     console=console.help_console,
     error_console=console.errors,
+    # No option has a negative form, such as --no-force.
+    default_parameter=Parameter(negative="", show_default=_format_default),
     config=_require_decimal_integers,
     suppress_keyboard_interrupt=False,
     # Loading a Markdown renderer takes a while.
@@ -122,12 +124,8 @@ _options = Group("Options", sort_key=99)
 for _flag in ("--help", "--version"):
     app[_flag].group = _options
 
-# A flag without a negative form, such as --no-force. Its help does not state the default.
-FLAG: Final = Parameter(negative="", show_default=False)
-# The help of an option that states its default in words does not show its value.
-HIDE_DEFAULT: Final = Parameter(show_default=False)
 # The fields of a dataclass as options.
-FIELDS: Final = Parameter(name="*", negative="", show_default=_format_default)
+FIELDS: Final = Parameter(name="*")
 
 Experiment = Annotated[
     str,
@@ -136,7 +134,7 @@ Experiment = Annotated[
 LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
 # The value is a Path, or an object of fsspec for a URL.
 Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
-Out = Annotated[Any, Parameter(converter=_read_location), HIDE_DEFAULT]
+Out = Annotated[Any, Parameter(converter=_read_location)]
 Runs = Annotated[int, Parameter(help="Number of independent runs of each condition.")]
 Seed = Annotated[int, Parameter(help="Seed of all random numbers, 0 to 2147483647.")]
 Variant = Annotated[
@@ -152,7 +150,6 @@ LastGenerations = Annotated[
 ]
 Baseline = Annotated[
     str,
-    HIDE_DEFAULT,
     Parameter(
         help="Condition with which all others are compared, by default the first condition on "
         "the same map."
@@ -162,7 +159,6 @@ Assignments = Annotated[
     list[str] | None,
     Parameter(
         name="--set",
-        negative="",
         consume_multiple=True,
         help="Change one or more settings: --set learning.rate=0.05 population.size=30. "
         "`baldwinlab show EXPERIMENT` lists all settings.",
@@ -172,13 +168,12 @@ Parts = Annotated[
     list[Path] | None,
     Parameter(
         name="--part",
-        negative="",
         help="Python file with custom parts. Repeat the option for several files.",
     ),
 ]
 
 Json = Annotated[
-    bool, FLAG, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
+    bool, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
 ]
 
 RESOURCE_FORCE: Final = "Run even if less memory or disk is free than the estimate."

@@ -13,8 +13,6 @@ from baldwinlab.api.frozen_genomes import read_frozen
 from baldwinlab.api.replay import replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     LOCATION,
     OVERWRITE_FORCE,
     RESOURCE_FORCE,
@@ -50,7 +48,6 @@ class StoredGeneration(NamedTuple):
 def replay(
     directory: Annotated[
         Directory,
-        HIDE_DEFAULT,
         Parameter(
             help=f"{LOCATION} With --genome: a preset or an experiment file, by default the "
             "experiment of the genome file."
@@ -64,7 +61,6 @@ def replay(
     ] = None,
     genome: Annotated[
         Path | None,
-        HIDE_DEFAULT,
         Parameter(
             help="Genome file (.nc, .npy) whose agents are simulated. By default the agents are "
             "those of the study."
@@ -72,7 +68,6 @@ def replay(
     ] = None,
     run: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(
             help="Number of a stored run, from 0. It is required for a study, and for a genome "
             "file of several runs. Default of other genome files: the run of the genomes."
@@ -80,7 +75,6 @@ def replay(
     ] = None,
     generation: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(
             help="Number of a generation, from 0. It is required for a study. Default of a genome "
             "file: the generation of the genomes."
@@ -88,7 +82,6 @@ def replay(
     ] = None,
     seed: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
     ] = None,
     world: Annotated[
@@ -97,7 +90,6 @@ def replay(
     ] = 0,
     map: Annotated[
         str | None,
-        HIDE_DEFAULT,
         Parameter(help="With --genome: name of a map. Default: the map of the experiment."),
     ] = None,
     assignments: Assignments = None,
@@ -106,7 +98,7 @@ def replay(
         Parameter(help="File to write: a movie (.mp4, .gif), a picture (.png) or a trace (.nc)."),
     ],
     part: Parts = None,
-    force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
+    force: Annotated[bool, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
 ) -> None:
     """Simulate one lifetime again, and write it as a movie, a picture or a trace.
 

@@ -13,7 +13,6 @@ from baldwinlab.api.reproduce import Reproduction, run_reproduction
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
     FIELDS,
-    FLAG,
     LOCATION,
     Assignments,
     Json,
@@ -43,7 +42,7 @@ def reproduce(
     /,
     *,
     all_papers: Annotated[
-        bool, FLAG, Parameter(name="--all", help="Reproduce all papers, and compare them.")
+        bool, Parameter(name="--all", help="Reproduce all papers, and compare them.")
     ] = False,
     part: Parts = None,
     runs: Annotated[
@@ -73,8 +72,6 @@ def reproduce(
     quick: Annotated[
         bool,
         Parameter(
-            negative="",
-            show_default=False,
             help="Run the short form of a paper with stages, in minutes: fewer maps, and too few "
             "runs for verdicts.",
         ),

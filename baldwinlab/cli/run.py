@@ -11,7 +11,6 @@ from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import extend
 from baldwinlab.cli.options import (
     FIELDS,
-    HIDE_DEFAULT,
     LOCATION,
     Assignments,
     Baseline,
@@ -49,7 +48,6 @@ def run(
     baseline: Baseline = "",
     generations: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(
             help="Number of generations, by default that of the experiment. A stored study is "
             "extended to this number."
@@ -57,7 +55,6 @@ def run(
     ] = None,
     runs: Annotated[
         int | None,
-        HIDE_DEFAULT,
         Parameter(
             help="Number of independent runs of each condition, by default "
             f"{DEFAULT_RUNS}; of a stored study, its number of runs."
@@ -72,10 +69,8 @@ def run(
     ] = None,
     founders: Annotated[
         tuple[str, ...],
-        HIDE_DEFAULT,
         Parameter(
             consume_multiple=True,
-            negative="",
             help="Genomes of the first generation: STUDY:CONDITION@GENERATION, with [RUN] at the "
             "end for one run, or a genome file (.nc, .npy). =SHARE at the end is its share. By "
             "default the genomes are random.",
@@ -83,10 +78,8 @@ def run(
     ] = (),
     at: Annotated[
         tuple[str, ...],
-        HIDE_DEFAULT,
         Parameter(
             consume_multiple=True,
-            negative="",
             help="Settings that change during a run: a generation, then PATH=VALUE, such as "
             "--at 50 learning.rule=none. By default no setting changes.",
         ),

@@ -44,10 +44,9 @@ def test_every_command_has_an_example_that_can_be_parsed(name: str) -> None:
 def test_every_default_is_shown_or_described(name: str) -> None:
     for argument in list_arguments(name):
         text = (argument.parameter.help or "").lower()
-        is_shown = argument.parameter.show_default is not False
-        has_default = not argument.required and argument.field_info.default is not None
+        is_shown = argument.field_info.default not in (None, "", ())
         is_flag = argument.hint is bool
-        if not argument.required and not is_flag and not (has_default and is_shown):
+        if not argument.required and not is_flag and not is_shown:
             is_list = argument.name in ("--set", "--part", "--author", "--license", "EXPERIMENTS")
             assert "default" in text or is_list, argument.name
 
