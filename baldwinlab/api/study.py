@@ -7,9 +7,6 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
-from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
@@ -25,8 +22,8 @@ from baldwinlab.api.run_options import (
 )
 from baldwinlab.api.run_study import extend
 from baldwinlab.api.study_exports import StudyExports
+from baldwinlab.api.study_html import render_study
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
@@ -36,7 +33,6 @@ from baldwinlab.studies.assays.results import (
     open_assay,
     open_assays,
 )
-from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -45,10 +41,6 @@ if TYPE_CHECKING:
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
-CAPTION: Final = (
-    "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % "
-    "intervals"
-)
 
 
 class Study(StudyExports):
@@ -325,31 +317,3 @@ def open_study(directory: str | Path) -> Study:
     """
     load_installed_parts()
     return Study(StudyStore(parse_location(directory)))
-
-
-def render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return the HTML of a study for a notebook.
-
-    `conditions`: the conditions whose curves are drawn. Conditions without runs are left out.
-    Returns the text and the curves, or the reason why the curves cannot be drawn.
-    """
-    try:
-        curves = _draw_curves(study, [name for name in conditions if study.runs(name)])
-    except BaldwinLabError as error:
-        curves = f"<p>{escape(str(error))}</p>"
-    return f"<div><pre>{escape(text)}</pre>{curves}</div>"
-
-
-def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return the curves as an image element of HTML, or "" if there are no conditions."""
-    if not conditions:
-        return ""
-    # Imported late: loading the figures takes a while.
-    from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
-
-    figure = draw_fitness_curves(open_sample(study, conditions))
-    image = b64encode(to_svg(figure)).decode()
-    return (
-        f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '
-        f'src="data:image/svg+xml;base64,{image}">'
-    )

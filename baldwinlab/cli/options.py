@@ -176,8 +176,11 @@ Json = Annotated[
     bool, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
 ]
 
-RESOURCE_FORCE: Final = "Run even if less memory or disk is free than the estimate."
 OVERWRITE_FORCE: Final = "Overwrite a file at --out that this command did not write."
+Force = Annotated[
+    bool,
+    Parameter(help=f"Run even if less memory or disk is free than the estimate. {OVERWRITE_FORCE}"),
+]
 
 
 def load_parts(files: Sequence[Path] | None) -> None:

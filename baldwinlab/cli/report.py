@@ -15,10 +15,9 @@ from baldwinlab.api.publish.gallery_entries import holds_studies
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
     LOCATION,
-    OVERWRITE_FORCE,
-    RESOURCE_FORCE,
     Baseline,
     Directory,
+    Force,
     Json,
     LastGenerations,
     Parts,
@@ -62,7 +61,7 @@ def report(
         Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,
-    force: Annotated[bool, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write the statistics, the figures and the report of a study from its stored results.

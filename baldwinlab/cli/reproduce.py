@@ -32,50 +32,54 @@ from baldwinlab.papers.paper import STANDARD_VARIANT
 ATLAS: Final = "atlas"
 
 
+PaperName = Annotated[
+    str,
+    Parameter(
+        help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
+    ),
+]
+AllPapers = Annotated[bool, Parameter(name="--all", help="Reproduce all papers, and compare them.")]
+Runs = Annotated[
+    int | None, Parameter(help="Number of runs of each condition. Default: as in the paper.")
+]
+Generations = Annotated[
+    int | None, Parameter(help="Number of generations of each run. Default: as in the paper.")
+]
+Steps = Annotated[
+    int | None, Parameter(help="Number of steps of a forager's life. Default: as in the paper.")
+]
+StudyOut = Annotated[
+    Out,
+    Parameter(
+        help=f"{LOCATION} With --all, the folder of the studies. Default: results/PAPER "
+        "(results/paper for le-2019), with the changed options in its name; results with --all."
+    ),
+]
+Quick = Annotated[
+    bool,
+    Parameter(
+        help="Run the short form of a paper with stages, in minutes: fewer maps, and too few runs "
+        "for verdicts."
+    ),
+]
+
+
 def reproduce(
-    paper: Annotated[
-        str,
-        Parameter(
-            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
-        ),
-    ] = DEFAULT_PAPER,
+    paper: PaperName = DEFAULT_PAPER,
     /,
     *,
-    all_papers: Annotated[
-        bool, Parameter(name="--all", help="Reproduce all papers, and compare them.")
-    ] = False,
+    all_papers: AllPapers = False,
     part: Parts = None,
-    runs: Annotated[
-        int | None,
-        Parameter(help="Number of runs of each condition. Default: as in the paper."),
-    ] = None,
-    generations: Annotated[
-        int | None,
-        Parameter(help="Number of generations of each run. Default: as in the paper."),
-    ] = None,
-    steps: Annotated[
-        int | None,
-        Parameter(help="Number of steps of a forager's life. Default: as in the paper."),
-    ] = None,
+    runs: Runs = None,
+    generations: Generations = None,
+    steps: Steps = None,
     seed: Seed = 0,
     variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
-    out: Annotated[
-        Out,
-        Parameter(
-            help=f"{LOCATION} With --all, the folder of the studies. Default: results/PAPER "
-            "(results/paper for le-2019), with the changed options in its name; results with --all."
-        ),
-    ] = None,
+    out: StudyOut = None,
     last_generations: LastGenerations = 10,
     options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
-    quick: Annotated[
-        bool,
-        Parameter(
-            help="Run the short form of a paper with stages, in minutes: fewer maps, and too few "
-            "runs for verdicts.",
-        ),
-    ] = False,
+    quick: Quick = False,
     json: Json = False,
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
