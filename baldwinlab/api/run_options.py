@@ -91,37 +91,43 @@ def list_options(
     """Decorate a function with `**options`: list the options in its signature and docstring."""
 
     def decorate(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-        signature = inspect.signature(function)
-        *arguments, _ = signature.parameters.values()
-        options = [
-            inspect.Parameter(
-                option.name,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=option.default,
-                annotation=option.type,
-            )
-            for option in fields(options_class)
-        ]
-        signature = signature.replace(parameters=[*arguments, *options])
+        signature = _list_in_signature(inspect.signature(function), options_class)
+        names = [name for name in signature.parameters if name != "self"]
 
         @wraps(function)
         def call(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
             for name in kwargs:
-                if name not in signature.parameters:
+                if name not in names:
                     raise TypeError(
-                        f"{function.__name__}() has no argument {name!r}"
-                        f"{suggest(name, signature.parameters)}"
+                        f"{function.__name__}() has no argument {name!r}{suggest(name, names)}"
                     )
             return function(*args, **kwargs)
 
         call.__dict__["__signature__"] = signature
-        call.__doc__ = _insert_options(inspect.getdoc(function) or "", options_class)
+        call.__doc__ = _list_in_docstring(inspect.getdoc(function) or "", options_class)
         return call
 
     return decorate
 
 
-def _insert_options(docstring: str, options_class: type[AssayOptions]) -> str:
+def _list_in_signature(
+    signature: inspect.Signature, options_class: type[AssayOptions]
+) -> inspect.Signature:
+    """Replace the argument `**options`, which is the last one, by the options."""
+    *arguments, _ = signature.parameters.values()
+    options = [
+        inspect.Parameter(
+            option.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=option.default,
+            annotation=option.type,
+        )
+        for option in fields(options_class)
+    ]
+    return signature.replace(parameters=[*arguments, *options])
+
+
+def _list_in_docstring(docstring: str, options_class: type[AssayOptions]) -> str:
     """Replace the entry `**options` of a docstring by the entries of the options."""
     classes = [base for base in reversed(options_class.__mro__) if issubclass(base, AssayOptions)]
     entries = [inspect.cleandoc(base.__doc__ or "").partition("---\n")[2] for base in classes]

@@ -69,7 +69,7 @@ def _require_decimal_integers(
         for token in argument.tokens if argument.hint in INTEGERS else ():
             if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", token.value):
                 rule = f"must be a whole number of at most {MAX_DIGITS} digits"
-                raise CoercionError(f"{token.value!r} {rule}", argument=argument, token=token)
+                raise CoercionError(msg=f"{token.value!r} {rule}", argument=argument, token=token)
 
 
 def _format_error(error: CycloptsError) -> str:
