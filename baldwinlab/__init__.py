@@ -16,16 +16,14 @@ from baldwinlab._version import __version__
 from baldwinlab.core.gymnasium_registration import register_environments
 
 if TYPE_CHECKING:
-    from baldwinlab.api.atlas.reproduce import reproduce_atlas
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
-    from baldwinlab.api.frozen_genomes import replay_genome_file
-    from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
     from baldwinlab.api.integrations.pettingzoo import parallel_env
-    from baldwinlab.api.load import load, read_experiment
+    from baldwinlab.api.load import load
+    from baldwinlab.api.replay import replay
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
@@ -39,12 +37,8 @@ if TYPE_CHECKING:
     )
     from baldwinlab.experiment import Experiment, ExperimentError
     from baldwinlab.papers.loading import PaperError
-    from baldwinlab.simulation.replay import replay
     from baldwinlab.simulation.simulate import simulate
-    from baldwinlab.studies.assays.results import open_assay
-    from baldwinlab.studies.open import open_runs
     from baldwinlab.studies.records import DamagedRecordError, StudyError
-    from baldwinlab.studies.sweeps.design import open_sweep
 
 __all__ = [
     "ArgumentError",
@@ -60,22 +54,14 @@ __all__ = [
     "StudyError",
     "__version__",
     "check_part",
-    "compare_papers",
     "compete",
     "freeze",
     "load",
     "make_problem",
-    "open_assay",
-    "open_runs",
     "open_study",
-    "open_sweep",
     "parallel_env",
-    "read_experiment",
     "replay",
-    "replay_genome_file",
     "reproduce",
-    "reproduce_all",
-    "reproduce_atlas",
     "run",
     "simulate",
     "single_env",
@@ -98,22 +84,14 @@ _MODULE_BY_NAME = {
     "Study": "api.study",
     "StudyError": "studies.records",
     "check_part": "api.checks",
-    "compare_papers": "api.gallery",
     "compete": "api.compete",
     "freeze": "api.freezer",
     "load": "api.load",
     "make_problem": "api.integrations.optimizers",
-    "open_assay": "studies.assays.results",
-    "open_runs": "studies.open",
     "open_study": "api.study",
-    "open_sweep": "studies.sweeps.design",
     "parallel_env": "api.integrations.pettingzoo",
-    "read_experiment": "api.load",
-    "replay": "simulation.replay",
-    "replay_genome_file": "api.frozen_genomes",
+    "replay": "api.replay",
     "reproduce": "api.reproduce",
-    "reproduce_all": "api.gallery",
-    "reproduce_atlas": "api.atlas.reproduce",
     "run": "api.run",
     "simulate": "simulation.simulate",
     "single_env": "api.integrations.gymnasium",

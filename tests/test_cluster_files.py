@@ -54,8 +54,8 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
     assert done.returncode == 0, done.stderr
     experiment = StudyStore(tmp_path / "study").experiment("evo/A")
     expected = bl.run(experiment, runs=3, out=tmp_path / "threads")
-    actual = bl.open_runs(tmp_path / "study")
-    assert actual.identical(bl.open_runs(expected.directory))
+    actual = bl.open_study(tmp_path / "study").data()
+    assert actual.identical(bl.open_study(expected.directory).data())
     with pytest.raises(ConnectionRefusedError), socket.create_connection((address, 8786)):
         pass
 

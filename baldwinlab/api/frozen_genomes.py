@@ -1,27 +1,24 @@
-"""Genome files with the experiment in which their agents are simulated, and their replay."""
+"""Genome files with the experiment in which their agents are simulated."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
-from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.finite import find_faulty_gene
 from baldwinlab.evolution.genes import require_genes_in_range
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes, decode_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
-from baldwinlab.experiment.toml import format_assignments, from_toml
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.presets import factors, load
-from baldwinlab.simulation.replay import replay_genomes
 
 
 class Origin(NamedTuple):
@@ -59,13 +56,13 @@ class FrozenGenomes(NamedTuple):
 
 def read_frozen(
     path: Path,
-    experiment: str | None = None,
+    experiment: str | Path | BaseExperiment | None = None,
     map_name: str | None = None,
     assignments: Sequence[str] = (),
 ) -> FrozenGenomes:
     """Read a genome file for a simulation.
 
-    `experiment`: a preset or an experiment file. The default is the experiment of the genome file.
+    `experiment`: an experiment, its preset or its file. The default is that of the genome file.
     """
     load_installed_parts()
     stored = read_genome_file(path)
@@ -115,13 +112,17 @@ def read_genome_file(path: Path) -> StoredGenomes:
     return decode_genomes(content, str(path))
 
 
-def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
-    """Return the named experiment, or that of a genome file.
+def choose_experiment(
+    stored: StoredGenomes, path: Path, experiment: str | Path | BaseExperiment | None
+) -> BaseExperiment:
+    """Return the given experiment, or that of a genome file.
 
-    `name`: a preset or an experiment file; None for the experiment of the genome file.
+    `experiment`: an experiment, its preset or its file; None for that of the genome file.
     """
-    if name is not None:
-        return load(name)
+    if isinstance(experiment, BaseExperiment):
+        return experiment
+    if experiment is not None:
+        return load(experiment)
     if "experiment" not in stored.origin:
         raise RefusedError(
             f"{path} names no experiment; give the experiment of its agents, such as "
@@ -165,90 +166,3 @@ def _resize_population(experiment: BaseExperiment, n_agents: int) -> BaseExperim
     is_alone = experiment.agents_per_world == 1
     worlds = n_agents if is_alone else 1
     return experiment.replace(population={"size": n_agents, "worlds": worlds})
-
-
-def replay_frozen(
-    frozen: FrozenGenomes,
-    *,
-    seed: int | None = None,
-    run: int | None = None,
-    generation: int | None = None,
-    world: int = 0,
-    force: bool = False,
-) -> xr.Dataset:
-    """Simulate one lifetime of the genomes of a file, and record every step.
-
-    `seed`, `run`, `generation`: key of the random numbers of the lifetime. The default is the
-    origin of the genomes. For a file with several runs, `run` is required. `world`: number of a
-    world of the population, from 0. Returns the trace, as of `baldwinlab.simulation.replay.replay`.
-    It is bit-identical to the stored lifetime if the whole population has the world, the settings
-    and the numbers of its origin.
-    """
-    genome, run_index = frozen.population(run)
-    origin = frozen.origin
-    return replay_genomes(
-        frozen.experiment,
-        genome,
-        seed=origin.seed if seed is None else seed,
-        run=run_index,
-        generation=origin.generation if generation is None else generation,
-        world=world,
-        force=force,
-    )
-
-
-@check_numbers
-def replay_genome_file(
-    genome: str | Path,
-    *,
-    experiment: str | None = None,
-    map: str | None = None,
-    set: Mapping[str, Any] | None = None,
-    seed: int | None = None,
-    run: int | None = None,
-    generation: int | None = None,
-    world: int = 0,
-    force: bool = False,
-) -> xr.Dataset:
-    """Simulate one lifetime of the agents of a genome file, and record every step.
-
-    Parameters
-    ----------
-    genome
-        A genome file of `freeze` (.nc), or an array of NumPy (.npy).
-    experiment
-        A preset or an experiment file. By default the experiment of the genome file; a .npy file
-        has none.
-    map
-        Name of a map, which replaces the world of the experiment.
-    set
-        Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
-    seed, run, generation
-        The random numbers of the lifetime, each 0 to 2**31 - 1. By default those of the origin of
-        the genomes. A file with several runs needs `run`.
-    world
-        Number of a world of the population, from 0. The trace has the agents of this world.
-    force
-        Run even if less memory is free than the estimate.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step` and
-        `agent`. The trace of a whole population in its experiment is bit-identical to that of its
-        stored lifetime.
-
-    Raises
-    ------
-    ArgumentError
-        A number is out of range.
-    RefusedError
-        The file cannot be read or does not fit the experiment, a .npy file has no experiment, `run`
-        is missing, the model has no world, or too little memory is free.
-    ExperimentError
-        There is no such preset, map or setting.
-    """
-    frozen = read_frozen(Path(genome), experiment, map, format_assignments(set or {}))
-    return replay_frozen(
-        frozen, seed=seed, run=run, generation=generation, world=world, force=force
-    )

@@ -1,4 +1,4 @@
-"""Load experiments: `bl.load` by name or file, `bl.read_experiment` from a dataset."""
+"""Load experiments, and parts of installed packages: `bl.load`."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ def load_installed_parts() -> None:
         load_entry_points()
 
 
-def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
-    """Return an experiment by its name or from a file.
+def load(source: str | Path | xr.Dataset, variant: str = STANDARD_VARIANT) -> Experiment:
+    """Return an experiment by its name, from a file, or from a dataset that it produced.
 
     Parameters
     ----------
-    experiment
-        A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; or a file
-        that ends in .toml.
+    source
+        A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; a file
+        that ends in .toml; or a run, a replay, an assay or the data of a study. Of several
+        conditions, select one: `data.sel(condition="evo/A")`.
     variant
         Name of a variant of the paper's model, whose settings are applied last.
 
@@ -55,32 +56,19 @@ def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
         The paper does not exist or is not valid.
     PartError
         A part of an installed package cannot be loaded.
-    """
-    load_installed_parts()
-    return presets.load(experiment, variant)
-
-
-def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experiment:
-    """Return the experiment that produced a dataset.
-
-    Parameters
-    ----------
-    dataset
-        A run, a replay, an assay, or the runs of a study.
-    condition
-        Name of a condition. A dataset with one experiment does not need it.
-
-    Returns
-    -------
-    Experiment
-        The settings of the experiment.
-
-    Raises
-    ------
     RefusedError
-        The dataset has no experiment, or `condition` does not select one of several.
+        The dataset has no experiment, or several.
     """
     load_installed_parts()
+    if isinstance(source, str | Path):
+        return presets.load(source, variant)
+    if variant != STANDARD_VARIANT:
+        raise RefusedError(f"variant = {variant!r} applies to a preset or a file, not to a dataset")
+    return _read_experiment(source)
+
+
+def _read_experiment(dataset: xr.Dataset) -> Experiment:
+    """Return the experiment that produced a dataset."""
     if "experiment" in dataset.attrs:
         return from_toml(dataset.attrs["experiment"], source=SOURCE_NAME, lenient=True)
     if "experiment" not in dataset:
@@ -89,21 +77,14 @@ def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experi
             "returned, not a dataset that was computed from it"
         )
     texts = dataset["experiment"]
-    if condition is not None and "condition" in texts.coords:
-        has_condition = condition in texts.condition.values
-        # Without the condition, no text remains, and the error below lists the conditions.
-        texts = texts.sel(condition=condition) if has_condition else texts.isel(condition=[])
     if texts.size != 1:
-        raise RefusedError(
-            f"condition = {condition!r} does not select one experiment of the dataset; "
-            f"{_describe_choice(dataset, condition)}"
-        )
+        raise RefusedError(f"the dataset has {texts.size} experiments; {_describe_choice(dataset)}")
     return from_toml(str(texts.item()), source=SOURCE_NAME, lenient=True)
 
 
-def _describe_choice(dataset: xr.Dataset, condition: str | None) -> str:
+def _describe_choice(dataset: xr.Dataset) -> str:
     """Return the choices as text: the names of the conditions, or a point of a sweep."""
     if "condition" not in dataset.coords:
         return "select one point of it"
     names = [str(name) for name in dataset.condition.values.ravel()]
-    return list_names(str(condition), names) if names else "select one point of it"
+    return f"select one of them with data.sel(condition=...); {list_names('', names)}"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 from baldwinlab import papers
 from baldwinlab.analysis.assays.analysis import planned_tests
@@ -17,7 +17,7 @@ from baldwinlab.api.publish.added_runs import format_instruction
 from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RunArguments, RunOptions, list_options
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.stages import StagedReproduction, run_stages
 from baldwinlab.api.study import Study
@@ -35,6 +35,7 @@ from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.memory import PlannedStudy
 from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.store import StudyStore
 
 MAX_FOLDER_NAME: Final = 120
 """Maximum number of characters of the name of a folder."""
@@ -47,11 +48,15 @@ class Reproduction:
     """A paper to reproduce, with changes of its settings."""
 
     paper: papers.Paper
-    # Settings that change the model of the paper, such as "lifetime.steps=100".
-    assignments: Sequence[str] = ()
-    variant: str = STANDARD_VARIANT
-    runs: int | None = None  # Number of runs of each condition. If None: the number in the paper.
+    # Number of runs of each condition, of generations of a run, and of steps of a forager's life.
+    # If None: the number in the paper.
+    runs: int | None = None
+    generations: int | None = None
+    steps: int | None = None
     seed: int = 0
+    variant: str = STANDARD_VARIANT
+    # Settings that change the model of the paper, such as "learning.rate=0.1".
+    assignments: Sequence[str] = ()
     # Directory of the study. If None: results/ followed by `folder_name`.
     out: str | Path | None = None
     last: int = 10  # Number of final generations that are averaged in each run.
@@ -61,6 +66,13 @@ class Reproduction:
     def runs_of_condition(self) -> int:
         """Return the number of runs of each condition."""
         return self.paper.metadata.runs if self.runs is None else self.runs
+
+    @property
+    def changes(self) -> list[str]:
+        """Return the assignments, with those of the numbers of generations and of steps."""
+        values = {"evolution.generations": self.generations, "lifetime.steps": self.steps}
+        lengths = [f"{path}={value}" for path, value in values.items() if value is not None]
+        return [*lengths, *self.assignments]
 
     @property
     def directory(self) -> Path:
@@ -73,7 +85,7 @@ class Reproduction:
         words = ["paper" if self.paper.name == papers.DEFAULT_PAPER else self.paper.name]
         if self.variant != STANDARD_VARIANT:
             words.append(self.variant)
-        for assignment in self.assignments:
+        for assignment in self.changes:
             path, _, value = assignment.partition("=")
             has_short_name = path in SHORT_SETTING_NAMES
             word = f"{SHORT_SETTING_NAMES[path]}{value}" if has_short_name else assignment
@@ -86,6 +98,7 @@ class Reproduction:
 
 
 @check_numbers
+@list_options(RunOptions)
 def reproduce(
     paper: str | Path = papers.DEFAULT_PAPER,
     *,
@@ -96,12 +109,9 @@ def reproduce(
     variant: str = STANDARD_VARIANT,
     out: str | Path | None = None,
     last: int = 10,
-    workers: int | None = None,
-    backend: str = "auto",
-    executor: str = "threads",
     set: Mapping[str, Any] | None = None,
-    force: bool = False,
     quick: bool = False,
+    **options: Unpack[RunArguments],
 ) -> Study:
     """Run every condition of a paper and its assays, and write the report.
 
@@ -127,21 +137,14 @@ def reproduce(
         each changed setting. The default paper, le-2019, has the directory results/paper.
     last
         Number of final generations that are averaged in each run, at least 1.
-    workers
-        Number of threads, at least 1; by default one per core. With the executor "slurm", the
-        number of jobs.
-    backend
-        "cpu", "cuda", or "auto" for the fastest that is available.
-    executor
-        "threads", "dask:tcp://HOST:PORT", or "slurm".
     set
         Settings to change in all conditions, such as {"lifetime.steps": 100}. The model then
         differs from the paper, and all results say so.
-    force
-        Run even if less memory or disk is free than the estimate.
     quick
         Run the short form of a paper with stages, to check the procedure. It has fewer maps and too
         few runs for verdicts.
+    **options
+        Fields of `RunOptions`.
 
     Returns
     -------
@@ -165,78 +168,47 @@ def reproduce(
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
+    run_options = RunOptions(**options)
     load_installed_parts()
-    paper_data = papers.load(paper)
-    lengths = format_length_assignments(paper_data, generations, steps)
     request = Reproduction(
-        paper_data,
-        assignments=(*lengths, *format_assignments(set or {})),
-        variant=variant,
+        papers.load(paper),
         runs=runs,
+        generations=generations,
+        steps=steps,
         seed=seed,
+        variant=variant,
+        assignments=format_assignments(set or {}),
         out=out,
         last=last,
         is_quick=quick,
     )
-    return run_reproduction(
-        request, RunOptions(workers=workers, backend=backend, executor=executor, force=force)
-    )
+    return Study(run_reproduction(request, run_options))
 
 
-def format_length_assignments(
-    paper: papers.Paper, generations: int | None, steps: int | None
-) -> list[str]:
-    """Return the number of generations and of steps as assignments.
-
-    `generations`: number of generations of a run. None keeps the number in the paper. `steps`:
-    number of steps of a forager's life. None keeps the number in the paper. Returns assignments,
-    such as "lifetime.steps=100", without those of None.
-    """
-    if steps is not None and not are_foragers(paper.experiments()):
-        raise RefusedError(
-            f"--steps {steps} applies to foragers; {paper.name} has none, and its model sets the "
-            "length of a life: remove --steps"
-        )
-    values = {"evolution.generations": generations, "lifetime.steps": steps}
-    return [f"{path}={value}" for path, value in values.items() if value is not None]
-
-
-def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
+def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
     """Reproduce a paper with the changes of `request`.
 
-    The function `reproduce` and the command `reproduce` call this function.
+    The function `reproduce` and the command `reproduce` call this function. Returns the study; for
+    a paper with stages, the study of the confirmation.
     """
     require_whole_number("last", request.last)
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
-    design = read_design(request.paper)
+    paper = request.paper
+    if request.steps is not None and not are_foragers(paper.experiments()):
+        raise RefusedError(
+            f"--steps {request.steps} applies to foragers; {paper.name} has none, and its model "
+            "sets the length of a life: remove --steps"
+        )
+    design = read_design(paper)
     if design:
-        return Study(run_stages(_plan_stages(request, design), options))
+        return run_stages(_plan_stages(request, design), options)
     if request.is_quick:
         raise RefusedError(
             f"--quick applies to papers with stages (a file {DESIGN_FILE}); "
-            f"{request.paper.name} has none: use --runs"
+            f"{paper.name} has none: use --runs"
         )
-    paper = request.paper
-    originals = paper.experiments(request.variant)
-    experiments = [assign(original, request.assignments) for original in originals]
-    require_effect(experiments, originals)
-    runs = request.runs_of_condition
-    # An assignment of the value that the paper has is not a change.
-    changes = request.assignments if experiments != originals else ()
-    study_request = StudyRequest(
-        experiments,
-        request.directory,
-        runs=runs,
-        seed=request.seed,
-        paper=paper,
-        changes=changes,
-        later_need=estimate_later_need(experiments, paper, runs, options.workers),
-        first_run=paper.metadata.first_run,
-    )
-    for sentence in describe_too_few_runs(experiments, paper, runs, request.directory):
-        console.info(sentence)
-    study = run_missing(study_request, options)
+    study = run_missing(_plan_study(request, options), options)
 
     def run_assays() -> None:
         """Run the missing assays, after the first report."""
@@ -247,7 +219,30 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     # The report is written once before the assays and once after them.
     add_results = run_assays if has_missing_assays else None
     report(study, last=request.last, force=options.force, add_results=add_results, paper=paper)
-    return Study(study)
+    return study
+
+
+def _plan_study(request: Reproduction, options: RunOptions) -> StudyRequest:
+    """Return the study of a paper without stages, and print which verdicts need more runs."""
+    paper = request.paper
+    originals = paper.experiments(request.variant)
+    experiments = [assign(original, request.changes) for original in originals]
+    require_effect(experiments, originals)
+    runs = request.runs_of_condition
+    # An assignment of the value that the paper has is not a change.
+    changes = request.changes if experiments != originals else ()
+    for sentence in describe_too_few_runs(experiments, paper, runs, request.directory):
+        console.info(sentence)
+    return StudyRequest(
+        experiments,
+        request.directory,
+        runs=runs,
+        seed=request.seed,
+        paper=paper,
+        changes=changes,
+        later_need=estimate_later_need(experiments, paper, runs, options.workers),
+        first_run=paper.metadata.first_run,
+    )
 
 
 def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
@@ -270,7 +265,7 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
         maps=(design.quick.maps if request.is_quick else paper.metadata.maps) or ("",),
         runs=runs,
         seed=request.seed,
-        assignments=request.assignments,
+        assignments=request.changes,
         last=request.last,
     )
 

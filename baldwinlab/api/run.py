@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from baldwinlab.api.freezer import add_founders
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.added_runs import format_instruction
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RunArguments, RunOptions, list_options
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
@@ -24,6 +24,7 @@ from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
+from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
 
 if TYPE_CHECKING:
@@ -31,21 +32,18 @@ if TYPE_CHECKING:
 
 
 @check_numbers
+@list_options(RunOptions)
 def run(
     experiments: str | Path | BaseExperiment | Sequence[str | Path | BaseExperiment],
     *,
     runs: int = 30,
     seed: int = 0,
     out: str | Path | None = None,
-    workers: int | None = None,
-    backend: str = "auto",
-    executor: str = "threads",
     set: Mapping[str, Any] | None = None,
     founders: str | Sequence[str] = (),
     schedule: Mapping[int, Mapping[str, Any]] = MappingProxyType({}),
     callback: Callable[[xr.Dataset], None] | None = None,
-    checkpoint: str = "60s",
-    force: bool = False,
+    **options: Unpack[RunArguments],
 ) -> Study:
     """Run one or several experiments as one study.
 
@@ -63,13 +61,6 @@ def run(
     out
         Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
         joins the names of the experiments by "-".
-    workers
-        Number of threads, at least 1; by default one per core. With the executor "slurm", the
-        number of jobs.
-    backend
-        "cpu", "cuda", or "auto" for the fastest that is available.
-    executor
-        "threads", "dask:tcp://HOST:PORT", or "slurm".
     set
         Settings to change in all experiments, such as {"lifetime.steps": 100}.
     founders
@@ -82,11 +73,8 @@ def run(
         Called after each generation of each run, with the dataset of the run so far. Its attributes
         `condition` and `run` name the run. One call runs at a time. Only with the executor
         "threads".
-    checkpoint
-        Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
-        "100".
-    force
-        Run even if less memory or disk is free than the estimate.
+    **options
+        Fields of `RunOptions`.
 
     Returns
     -------
@@ -108,37 +96,17 @@ def run(
     """
     if isinstance(experiments, str | Path | BaseExperiment):
         experiments = [experiments]
-    sources = list(experiments)
-    if not sources:
-        raise RefusedError("a study needs at least one experiment")
     load_installed_parts()
-    loaded = [_load(source) for source in sources]
-    options = RunOptions(
-        workers=workers,
-        backend=backend,
-        executor=executor,
-        force=force,
-        callback=callback,
-        checkpoint=checkpoint,
-    )
-    references = [founders] if isinstance(founders, str) else founders
-    settings_by_generation = {
-        require_whole_number("generation", generation): settings
-        for generation, settings in schedule.items()
-    }
-    changes = [
-        {"generation": generation, **settings}
-        for generation, settings in sorted(settings_by_generation.items())
-    ]
     store = run_loaded(
-        loaded,
+        [_load(source) for source in experiments],
         format_assignments(set or {}),
-        options,
+        RunOptions(**options),
         runs=runs,
         seed=seed,
         out=out,
-        founders=references,
-        schedule=changes,
+        founders=[founders] if isinstance(founders, str) else founders,
+        schedule=_list_changes(schedule),
+        callback=callback,
     )
     return Study(store)
 
@@ -147,6 +115,17 @@ def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
     if isinstance(source, BaseExperiment):
         return LoadedExperiment(source)
     return load_with_origin(source)
+
+
+def _list_changes(schedule: Mapping[int, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the changes of a schedule by generation, in the form of an experiment file."""
+    numbered = {
+        require_whole_number("generation", generation): settings
+        for generation, settings in schedule.items()
+    }
+    return [
+        {"generation": generation, **settings} for generation, settings in sorted(numbered.items())
+    ]
 
 
 @check_numbers
@@ -161,6 +140,7 @@ def run_loaded(
     baseline: str = "",
     founders: Sequence[str] = (),
     schedule: Sequence[Mapping[str, Any]] = (),
+    callback: Callback | None = None,
 ) -> StudyStore:
     """Run experiments, changed by assignments, as one study.
 
@@ -170,6 +150,8 @@ def run_loaded(
     `assignments`: settings to change, such as "lifetime.steps=100". `out`: directory of the study.
     If None: results/NAME, where NAME joins the names of the experiments by "-".
     """
+    if not loaded:
+        raise RefusedError("a study needs at least one experiment")
     experiments = [assign(source.experiment, assignments) for source in loaded]
     if schedule:
         experiments = [
@@ -190,7 +172,7 @@ def run_loaded(
         experiments, contents = add_founders(experiments, founders, runs)
     request = StudyRequest(experiments, directory, runs=runs, seed=seed)
     with hold_contents(contents):
-        return run_missing(request, options)
+        return run_missing(request, options, callback)
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from baldwinlab.api.interruptions import report_progress_on_error
-from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
+from baldwinlab.api.run_options import AssayOptions, exclude_remote_memory
 from baldwinlab.core import console
 from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.errors import ArgumentError
@@ -23,7 +23,7 @@ from baldwinlab.studies.store import StudyStore
 
 
 def run_missing_assays(
-    study: StudyStore, names: Sequence[str], options: RunOptions, generations: int | None = None
+    study: StudyStore, names: Sequence[str], options: AssayOptions, generations: int | None = None
 ) -> None:
     """Run the missing assays of a study on the CPU.
 

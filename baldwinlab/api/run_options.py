@@ -1,38 +1,44 @@
-"""Options of execution: workers, backend, executor and the resource check."""
+"""Options that functions of `bl` and commands share. An option is added here, and only here.
+
+A function of `bl` takes the options as keyword arguments, and a command as options of the command
+line. The docstrings of the two classes are the documentation of both.
+"""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from threading import Lock
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import Final, ParamSpec, TypedDict, TypeVar
 
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.resources import Need
+from baldwinlab.core.suggestions import suggest
 from baldwinlab.studies import executors
 from baldwinlab.studies.executors import THREADS, Executor
 
-if TYPE_CHECKING:
-    import xarray as xr
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """Options of execution. They do not change results."""
+@dataclass(frozen=True, kw_only=True)
+class AssayOptions:
+    """Options of assays. They do not change results.
 
-    # Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
+    Parameters
+    ----------
+    workers
+        Number of threads, by default one per core; with the executor slurm, number of jobs.
+    executor
+        threads, dask:tcp://HOST:PORT, or slurm.
+    force
+        Run even if less memory or disk is free than the estimate.
+    """
+
     workers: int | None = None
-    backend: str = "auto"  # "cpu", "cuda", or "auto" for the fastest that is available.
-    executor: str = "threads"  # "threads", "dask:tcp://HOST:PORT", or "slurm".
-    force: bool = False  # Run even if less memory or disk is free than the estimate.
-    # Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
-    # "100".
-    checkpoint: str = "60s"
-    # Called after each generation of a run with the dataset of the run; only with the executor
-    # "threads".
-    callback: Callable[[xr.Dataset], None] | None = None
+    executor: str = THREADS.name
+    force: bool = False
 
     def __post_init__(self) -> None:
         """Raise ArgumentError for an invalid number of workers, before anything is written."""
@@ -41,25 +47,93 @@ class RunOptions:
 
     def make_executor(self) -> Executor:
         """Return the executor."""
-        if self.callback and self.executor != THREADS.name:
-            raise RefusedError(
-                "a callback runs on this machine only: leave it out, or use 'threads', "
-                f"not {self.executor!r}"
-            )
         return executors.choose_executor(self.executor, self.workers)
 
-    def make_callback(self) -> Callable[[xr.Dataset], None] | None:
-        """Return the callback, protected by a lock: one call runs at a time."""
-        callback = self.callback
-        if callback is None:
-            return None
-        return partial(_call_alone, Lock(), callback)
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(AssayOptions):
+    """Options of runs. They do not change results.
+
+    Parameters
+    ----------
+    backend
+        cpu, cuda, or auto (the fastest that is available).
+    checkpoint
+        Interval between two checkpoints of a run: seconds (60s) or generations (100).
+    """
+
+    backend: str = "auto"
+    checkpoint: str = "60s"
 
 
-def _call_alone(lock: Lock, callback: Callable[[xr.Dataset], None], dataset: xr.Dataset) -> None:
-    """Call a function while no other thread calls it."""
-    with lock:
-        callback(dataset)
+ASSAY_DEFAULTS: Final = AssayOptions()
+RUN_DEFAULTS: Final = RunOptions()
+
+
+class AssayArguments(TypedDict, total=False):
+    """The fields of `AssayOptions` as keyword arguments, for type checkers."""
+
+    workers: int | None
+    executor: str
+    force: bool
+
+
+class RunArguments(AssayArguments, total=False):
+    """The fields of `RunOptions` as keyword arguments, for type checkers."""
+
+    backend: str
+    checkpoint: str
+
+
+def list_options(
+    options_class: type[AssayOptions],
+) -> Callable[[Callable[_Arguments, _Result]], Callable[_Arguments, _Result]]:
+    """Decorate a function with `**options`: list the options in its signature and docstring."""
+
+    def decorate(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
+        signature = _list_in_signature(inspect.signature(function), options_class)
+        names = [name for name in signature.parameters if name != "self"]
+
+        @wraps(function)
+        def call(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
+            for name in kwargs:
+                if name not in names:
+                    raise TypeError(
+                        f"{function.__name__}() has no argument {name!r}{suggest(name, names)}"
+                    )
+            return function(*args, **kwargs)
+
+        call.__dict__["__signature__"] = signature
+        call.__doc__ = _list_in_docstring(inspect.getdoc(function) or "", options_class)
+        return call
+
+    return decorate
+
+
+def _list_in_signature(
+    signature: inspect.Signature, options_class: type[AssayOptions]
+) -> inspect.Signature:
+    """Replace the argument `**options`, which is the last one, by the options."""
+    *arguments, _ = signature.parameters.values()
+    options = [
+        inspect.Parameter(
+            option.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=option.default,
+            annotation=option.type,
+        )
+        for option in fields(options_class)
+    ]
+    return signature.replace(parameters=[*arguments, *options])
+
+
+def _list_in_docstring(docstring: str, options_class: type[AssayOptions]) -> str:
+    """Replace the entry `**options` of a docstring by the entries of the options."""
+    classes = [base for base in reversed(options_class.__mro__) if issubclass(base, AssayOptions)]
+    entries = [inspect.cleandoc(base.__doc__ or "").partition("---\n")[2] for base in classes]
+    before, _, after = docstring.partition("**options\n")
+    _, _, sections = after.partition("\n")
+    return "\n".join([f"{before}{entries[0]}", *entries[1:], sections])
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:

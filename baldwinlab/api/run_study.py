@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from threading import Lock
 
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, require_whole_number
 from baldwinlab.core.output_paths import is_study
@@ -32,6 +35,7 @@ from baldwinlab.studies.creation import create_study, extend_experiments, extend
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
+from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
 
 
@@ -71,18 +75,28 @@ class ExecutionPlan:
     checkpoint_interval: Interval
 
 
-def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
+def run_missing(
+    request: StudyRequest, options: RunOptions, callback: Callback | None = None
+) -> StudyStore:
     """Create or open a study and run its missing runs.
 
     Nothing remains of a new study if the request is refused before a generation was simulated.
+
+    `callback`: called after each generation of a run with the dataset of the run, one call at a
+    time.
     """
+    if callback and options.executor != THREADS.name:
+        raise RefusedError(
+            "a callback runs on this machine only: leave it out, or use 'threads', "
+            f"not {options.executor!r}"
+        )
     execution = require_request(request, options)
     with remove_if_refused(request.directory):
-        return _run_missing(request, options, execution)
+        return _run_missing(request, execution, callback)
 
 
 def _run_missing(
-    request: StudyRequest, options: RunOptions, execution: ExecutionPlan
+    request: StudyRequest, execution: ExecutionPlan, callback: Callback | None
 ) -> StudyStore:
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
@@ -106,10 +120,16 @@ def _run_missing(
             backend=execution.backend,
             executor=execution.executor,
             checkpoint_interval=execution.checkpoint_interval,
-            callback=options.make_callback(),
+            callback=partial(_call_alone, Lock(), callback) if callback else None,
             observe=curves.add if is_observed else None,
         )
     return study
+
+
+def _call_alone(lock: Lock, callback: Callback, dataset: xr.Dataset) -> None:
+    """Call a function while no other thread calls it."""
+    with lock:
+        callback(dataset)
 
 
 def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:

@@ -7,20 +7,23 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
-from collections.abc import Sequence
-from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import (
+    AssayArguments,
+    AssayOptions,
+    RunArguments,
+    RunOptions,
+    list_options,
+)
 from baldwinlab.api.run_study import extend
 from baldwinlab.api.study_exports import StudyExports
+from baldwinlab.api.study_html import render_study
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
@@ -30,7 +33,6 @@ from baldwinlab.studies.assays.results import (
     open_assay,
     open_assays,
 )
-from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -39,10 +41,6 @@ if TYPE_CHECKING:
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
-CAPTION: Final = (
-    "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % "
-    "intervals"
-)
 
 
 class Study(StudyExports):
@@ -59,15 +57,13 @@ class Study(StudyExports):
         return open_study, (location,)
 
     @check_numbers
+    @list_options(RunOptions)
     def extend(
         self,
         generations: int | None = None,
         *,
         runs: int | None = None,
-        workers: int | None = None,
-        backend: str = "auto",
-        executor: str = "threads",
-        force: bool = False,
+        **options: Unpack[RunArguments],
     ) -> None:
         """Run the study further, with more generations, more runs, or both.
 
@@ -79,15 +75,8 @@ class Study(StudyExports):
             Number of generations of all conditions. By default the stored number.
         runs
             Number of runs of each condition. By default the largest stored number.
-        workers
-            Number of threads, at least 1; by default one per core. With the executor "slurm", the
-            number of jobs.
-        backend
-            "cpu", "cuda", or "auto" for the fastest that is available.
-        executor
-            "threads", "dask:tcp://HOST:PORT", or "slurm".
-        force
-            Run even if less memory or disk is free than the estimate.
+        **options
+            Fields of `RunOptions`.
 
         Raises
         ------
@@ -100,19 +89,17 @@ class Study(StudyExports):
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
-        options = RunOptions(workers=workers, backend=backend, executor=executor, force=force)
-        self._store = extend(self._store, options, generations=generations, runs=runs)
+        self._store = extend(self._store, RunOptions(**options), generations=generations, runs=runs)
 
     @check_numbers
+    @list_options(AssayOptions)
     def assay(
         self,
         name: str,
         condition: str | None = None,
         *,
         generations: int | None = None,
-        workers: int | None = None,
-        executor: str = "threads",
-        force: bool = False,
+        **options: Unpack[AssayArguments],
     ) -> xr.Dataset:
         """Return the results of an assay. Run the assay first for conditions without results.
 
@@ -127,13 +114,8 @@ class Study(StudyExports):
         generations
             Number of generations of the branches of "fork" or "fork-mode", at least 1. By default
             the stored number, or 20.
-        workers
-            Number of threads, at least 1; by default one per core. With the executor "slurm", the
-            number of jobs.
-        executor
-            "threads", "dask:tcp://HOST:PORT", or "slurm".
-        force
-            Run even if less memory or disk is free than the estimate.
+        **options
+            Fields of `AssayOptions`.
 
         Returns
         -------
@@ -153,10 +135,10 @@ class Study(StudyExports):
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
+        assay_options = AssayOptions(**options)
         require_branch_length(generations, [name])
         if any(find_missing_assays(self._store, [name], generations).values()):
-            options = RunOptions(workers, executor=executor, force=force)
-            run_missing_assays(self._store, [name], options, generations)
+            run_missing_assays(self._store, [name], assay_options, generations)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         conditions = [
@@ -335,31 +317,3 @@ def open_study(directory: str | Path) -> Study:
     """
     load_installed_parts()
     return Study(StudyStore(parse_location(directory)))
-
-
-def render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return the HTML of a study for a notebook.
-
-    `conditions`: the conditions whose curves are drawn. Conditions without runs are left out.
-    Returns the text and the curves, or the reason why the curves cannot be drawn.
-    """
-    try:
-        curves = _draw_curves(study, [name for name in conditions if study.runs(name)])
-    except BaldwinLabError as error:
-        curves = f"<p>{escape(str(error))}</p>"
-    return f"<div><pre>{escape(text)}</pre>{curves}</div>"
-
-
-def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return the curves as an image element of HTML, or "" if there are no conditions."""
-    if not conditions:
-        return ""
-    # Imported late: loading the figures takes a while.
-    from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
-
-    figure = draw_fitness_curves(open_sample(study, conditions))
-    image = b64encode(to_svg(figure)).decode()
-    return (
-        f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '
-        f'src="data:image/svg+xml;base64,{image}">'
-    )

@@ -101,8 +101,22 @@ class StudyRuns:
         Returns
         -------
         xarray.Dataset
-            The dataset of `open_runs`. For all conditions of a sweep, the dataset of `open_sweep`.
-            Write `data["map"]` for the maps of the conditions: `data.map` is a method of xarray.
+            The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions
+            `condition`, `run`, `generation` and `agent`. All files are verified, and values are
+            read when they are used, as those of `xarray.open_dataset`. `data.load()` reads all
+            values. Missing values are NaN: conditions can differ in their numbers of runs,
+            generations or agents, and a run that stopped has no later generations. If runs can
+            stop, the coordinate `n_generations` (condition, run) is the number of simulated
+            generations. `experiment` is each condition as TOML. `learner`, `map` and `variant` are
+            coordinates of `condition` if a condition has them. Write `data["map"]`: `data.map` is a
+            method of xarray. The attributes of a variable are its `units` and `long_name`. The
+            attributes of the dataset are the `seed` of the study and the `outcome`, the name of the
+            fitness, for example "items eaten".
+
+            For all conditions of a sweep, a grid has one dimension per swept setting instead of
+            `condition`. Another design has the dimension `point` with the settings as coordinates.
+            The attributes are `design`, `fields`, `base` (the swept experiment), `set` (its changed
+            settings) and `seed`.
 
         Raises
         ------

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import tomlkit
 
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RunArguments, RunOptions, list_options
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
@@ -25,14 +25,12 @@ from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 
 @check_numbers
+@list_options(RunOptions)
 def sweep(
     plan: Mapping[str, Any] | str | Path,
     *,
     out: str | Path | None = None,
-    workers: int | None = None,
-    backend: str = "auto",
-    executor: str = "threads",
-    force: bool = False,
+    **options: Unpack[RunArguments],
 ) -> Study:
     """Run an experiment with many values of its settings: a grid, a list or a random sample.
 
@@ -48,15 +46,8 @@ def sweep(
     out
         Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
         is the name of the file. Required if `plan` is a dict.
-    workers
-        Number of threads, at least 1; by default one per core. With the executor "slurm", the
-        number of jobs.
-    backend
-        "cpu", "cuda", or "auto" for the fastest that is available.
-    executor
-        "threads", "dask:tcp://HOST:PORT", or "slurm".
-    force
-        Run even if less memory or disk is free than the estimate.
+    **options
+        Fields of `RunOptions`.
 
     Returns
     -------
@@ -76,6 +67,7 @@ def sweep(
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
+    run_options = RunOptions(**options)
     load_installed_parts()
     if isinstance(plan, Mapping):
         if out is None:
@@ -101,8 +93,4 @@ def sweep(
         extra_files={SWEEP_FILE_NAME: content},
         later_need=estimate_tables([(point, design.runs) for point in points]),
     )
-    return Study(
-        run_missing(
-            request, RunOptions(workers=workers, backend=backend, executor=executor, force=force)
-        )
-    )
+    return Study(run_missing(request, run_options))

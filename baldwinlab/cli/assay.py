@@ -8,16 +8,12 @@ from cyclopts import Parameter
 
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import ASSAY_DEFAULTS, AssayOptions
 from baldwinlab.cli.options import (
-    HIDE_DEFAULT,
+    FIELDS,
     Directory,
-    Executor,
-    Force,
     Json,
-    OptionalInteger,
     Parts,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -45,8 +41,7 @@ def assay(
         Parameter(help="More assays, separated by commas. Default: none."),
     ] = None,
     generations: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
+        int | None,
         Parameter(help="Number of generations of the branches of a fork, by default 20."),
     ] = None,
     start: Annotated[
@@ -57,10 +52,8 @@ def assay(
             "frequent genotype.",
         ),
     ] = POPULATION,
-    workers: Workers = None,
     part: Parts = None,
-    executor: Executor = "threads",
-    force: Force = False,
+    options: Annotated[AssayOptions, FIELDS] = ASSAY_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Simulate the stored genomes of a study under changed conditions, and measure what they do.
@@ -80,9 +73,8 @@ def assay(
         console.reserve_stdout()
     study = StudyStore(directory)
     selected_assays = _select_assays(names, assays, start)
-    options = RunOptions(workers, executor=executor, force=force)
     run_missing_assays(study, selected_assays, options, generations)
-    report(study, force=force)
+    report(study, force=options.force)
     if json:
         print_results(study)
 

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.checks import REQUIREMENTS, iterate_findings
 from baldwinlab.api.checks.fixture import SEED
-from baldwinlab.cli.options import Integer, Json
+from baldwinlab.cli.options import Json
 from baldwinlab.core import console
 
 
@@ -22,11 +22,10 @@ def check(
         Parameter(
             help=f"Test only these requirements: {', '.join(REQUIREMENTS)}. Default: all.",
             consume_multiple=True,
-            negative="",
         ),
     ] = None,
     seed: Annotated[
-        Integer, Parameter(help="Seed of the random worlds in which the parts are tested.")
+        int, Parameter(help="Seed of the random worlds in which the parts are tested.")
     ] = SEED,
     json: Json = False,
 ) -> None:

@@ -22,9 +22,6 @@ from baldwinlab.api.export.formats import (
 )
 from baldwinlab.cli.export_pages import PAGE_FORMATS
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
-    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -50,15 +47,13 @@ def _list_option_types() -> dict[str, Any]:
             helps.setdefault(option.name, {}).setdefault(option.help, []).append(format.name)
     for name, formats_of_help in helps.items():
         text = " ".join(f"{', '.join(users)}: {help}" for help, users in formats_of_help.items())
-        types[name] = Annotated[types[name], HIDE_DEFAULT, Parameter(help=text, negative="")]
+        types[name] = Annotated[types[name], Parameter(help=text)]
     return types
 
 
 def _make_optional(kind: Any) -> Any:
     """Return the type of an option that can be omitted. An annotated type is one already."""
-    if get_origin(kind) is Annotated:
-        return kind
-    return OptionalInteger if kind is int else kind | None
+    return kind if get_origin(kind) is Annotated else kind | None
 
 
 if TYPE_CHECKING:
@@ -75,7 +70,6 @@ _WITHOUT_OUTPUT = " and ".join(list_without_output(FORMATS))
 def export(
     source: Annotated[
         str,
-        HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
             f"experiment file (.toml). No default; {_WITHOUT_SOURCE} have none."
@@ -94,7 +88,6 @@ def export(
     part: Parts = None,
     force: Annotated[
         bool,
-        FLAG,
         Parameter(
             help="Overwrite a file that this command did not write (never a Zarr store); for zarr, "
             "also run if less memory is free than the estimate."

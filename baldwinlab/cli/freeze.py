@@ -9,11 +9,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.freezer import freeze as write_genome_file
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     OVERWRITE_FORCE,
     Json,
-    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -31,13 +28,12 @@ def freeze(
     /,
     *,
     agent: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
+        int | None,
         Parameter(help="Number of an agent, from 0. Default: all agents."),
     ] = None,
     out: Annotated[Path, Parameter(help="Genome file to write (.nc).")],
     part: Parts = None,
-    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+    force: Annotated[bool, Parameter(help=OVERWRITE_FORCE)] = False,
     json: Json = False,
 ) -> None:
     """Write the genomes of an agent or of a population to one small file.

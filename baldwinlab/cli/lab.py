@@ -17,7 +17,7 @@ from typing import Annotated, Any, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.options import Directory, Integer, Parts, load_parts
+from baldwinlab.cli.options import Directory, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
 from baldwinlab.core.extras import missing_extra_error
@@ -49,9 +49,11 @@ def lab(
     *,
     part: Parts = None,
     port: Annotated[
-        Integer, Parameter(help="Port of the page's address; 0 for any free port.")
+        int, Parameter(help="Port of the page's address; 0 for any free port.")
     ] = DEFAULT_LAB_PORT,
-    browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
+    browser: Annotated[
+        bool, Parameter(negative="--no-browser", help="Open the page in the browser.")
+    ] = True,
     root_path: Annotated[
         str | None,
         Parameter(help="Path under which a proxy serves the lab, for example /lab. By default /."),

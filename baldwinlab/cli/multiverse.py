@@ -9,21 +9,17 @@ from cyclopts import Parameter
 
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FOLDERS
 from baldwinlab.api.report import report
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.cli.options import (
-    FLAG,
+    FIELDS,
     LOCATION,
-    Backend,
-    Executor,
-    Force,
     Json,
     LastGenerations,
     Out,
     Parts,
     Runs,
     Seed,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -60,13 +56,11 @@ def multiverse(
     runs: Runs = DEFAULT_RUNS,
     all_combinations: Annotated[
         bool,
-        FLAG,
         Parameter(
             help="Simulate all combinations of the choices (2048 for le-2019). Default: one "
             "changed choice at a time."
         ),
     ] = False,
-    executor: Executor = "threads",
     out: Annotated[
         Out,
         Parameter(
@@ -74,11 +68,9 @@ def multiverse(
             "in the default directory of the paper's study."
         ),
     ] = None,
-    workers: Workers = None,
     seed: Seed = 0,
-    backend: Backend = "auto",
     last_generations: LastGenerations = 10,
-    force: Force = False,
+    options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Test the claims of a paper under every variant of its model.
@@ -108,13 +100,11 @@ def multiverse(
         kind=MULTIVERSE,
         factors=factors(variants),
     )
-    store = run_missing(
-        request, RunOptions(workers, backend=backend, executor=executor, force=force)
-    )
-    report(store, last=last_generations, force=force)
+    store = run_missing(request, options)
+    report(store, last=last_generations, force=options.force)
     if out.name in MULTIVERSE_FOLDERS and is_study(out.parent):
         console.info(f"{out.parent}: writing the report of this study again, with the variants")
-        report(StudyStore(out.parent), last=last_generations, force=force)
+        report(StudyStore(out.parent), last=last_generations, force=options.force)
     if json:
         print_results(store, last_generations)
 

@@ -11,6 +11,8 @@ from typing import Annotated, Any, Final
 
 from cyclopts import (
     App,
+    ArgumentCollection,
+    CoercionError,
     CycloptsError,
     Group,
     MissingArgumentError,
@@ -46,19 +48,28 @@ Studies are written to results/ in the working directory."""
 
 # Larger integers may exceed 64 bits.
 MAX_DIGITS: Final = 18
+# The types of arguments that are whole numbers.
+INTEGERS: Final = (int, int | None)
 
 
 def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
     return parse_location(tokens[0].value)
 
 
-def _read_integer(kind: object, tokens: Sequence[Token]) -> int:
-    """Read a decimal integer. Refuse 1.5, which would be rounded, and hexadecimal numbers."""
-    # The option has a single value.
-    word = tokens[0].value
-    if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", word):
-        raise ValueError(f"{word!r} must be a whole number of at most {MAX_DIGITS} digits")
-    return int(word)
+def _format_default(value: Any) -> str | None:
+    """Return a default for the help. The text of an option describes an empty default."""
+    return None if value is False or value in (None, "", ()) else str(value)
+
+
+def _require_decimal_integers(
+    app: App, commands: Sequence[str], arguments: ArgumentCollection
+) -> None:
+    """Refuse 1.5, which cyclopts would round, and hexadecimal numbers, for all integers."""
+    for argument in arguments:
+        for token in argument.tokens if argument.hint in INTEGERS else ():
+            if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", token.value):
+                rule = f"must be a whole number of at most {MAX_DIGITS} digits"
+                raise CoercionError(msg=f"{token.value!r} {rule}", argument=argument, token=token)
 
 
 def _format_error(error: CycloptsError) -> str:
@@ -101,6 +112,9 @@ app = App(
     error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_format_error(error))}",
     console=console.help_console,
     error_console=console.errors,
+    # No option has a negative form, such as --no-force.
+    default_parameter=Parameter(negative="", show_default=_format_default),
+    config=_require_decimal_integers,
     suppress_keyboard_interrupt=False,
     # Loading a Markdown renderer takes a while.
     help_format="plaintext",
@@ -110,13 +124,8 @@ _options = Group("Options", sort_key=99)
 for _flag in ("--help", "--version"):
     app[_flag].group = _options
 
-# A flag without a negative form, such as --no-force. Its help does not state the default.
-FLAG: Final = Parameter(negative="", show_default=False)
-# The help of an option that states its default in words does not show its value.
-HIDE_DEFAULT: Final = Parameter(show_default=False)
-
-Integer = Annotated[int, Parameter(converter=_read_integer)]
-OptionalInteger = Annotated[int | None, Parameter(converter=_read_integer)]
+# The fields of a dataclass as options.
+FIELDS: Final = Parameter(name="*")
 
 Experiment = Annotated[
     str,
@@ -125,28 +134,15 @@ Experiment = Annotated[
 LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
 # The value is a Path, or an object of fsspec for a URL.
 Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
-Out = Annotated[Any, Parameter(converter=_read_location), HIDE_DEFAULT]
-Runs = Annotated[Integer, Parameter(help="Number of independent runs of each condition.")]
-Seed = Annotated[Integer, Parameter(help="Seed of all random numbers, 0 to 2147483647.")]
+Out = Annotated[Any, Parameter(converter=_read_location)]
+Runs = Annotated[int, Parameter(help="Number of independent runs of each condition.")]
+Seed = Annotated[int, Parameter(help="Seed of all random numbers, 0 to 2147483647.")]
 Variant = Annotated[
     str,
     Parameter(help="Variant of the paper, see `baldwinlab list presets`."),
 ]
-Workers = Annotated[
-    OptionalInteger,
-    HIDE_DEFAULT,
-    Parameter(
-        help="Number of threads, by default one per core; with --executor slurm, number of jobs."
-    ),
-]
-Backend = Annotated[
-    str, Parameter(name="--backend", help="cpu, cuda, or auto (the fastest that is available).")
-]
-Executor = Annotated[
-    str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm.")
-]
 LastGenerations = Annotated[
-    Integer,
+    int,
     Parameter(
         name="--last-generations",
         help="Number of final generations that are averaged in each run.",
@@ -154,7 +150,6 @@ LastGenerations = Annotated[
 ]
 Baseline = Annotated[
     str,
-    HIDE_DEFAULT,
     Parameter(
         help="Condition with which all others are compared, by default the first condition on "
         "the same map."
@@ -164,7 +159,6 @@ Assignments = Annotated[
     list[str] | None,
     Parameter(
         name="--set",
-        negative="",
         consume_multiple=True,
         help="Change one or more settings: --set learning.rate=0.05 population.size=30. "
         "`baldwinlab show EXPERIMENT` lists all settings.",
@@ -174,18 +168,19 @@ Parts = Annotated[
     list[Path] | None,
     Parameter(
         name="--part",
-        negative="",
         help="Python file with custom parts. Repeat the option for several files.",
     ),
 ]
 
 Json = Annotated[
-    bool, FLAG, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
+    bool, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
 ]
 
-RESOURCE_FORCE: Final = "Run even if less memory or disk is free than the estimate."
 OVERWRITE_FORCE: Final = "Overwrite a file at --out that this command did not write."
-Force = Annotated[bool, FLAG, Parameter(help=RESOURCE_FORCE)]
+Force = Annotated[
+    bool,
+    Parameter(help=f"Run even if less memory or disk is free than the estimate. {OVERWRITE_FORCE}"),
+]
 
 
 def load_parts(files: Sequence[Path] | None) -> None:

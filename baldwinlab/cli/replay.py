@@ -9,17 +9,14 @@ from typing import Annotated, Any, Final, NamedTuple
 from cyclopts import Parameter
 
 from baldwinlab.api.agents import select_condition
-from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
+from baldwinlab.api.frozen_genomes import read_frozen
+from baldwinlab.api.replay import replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     LOCATION,
-    OVERWRITE_FORCE,
-    RESOURCE_FORCE,
     Assignments,
     Directory,
-    OptionalInteger,
+    Force,
     Parts,
     load_parts,
 )
@@ -47,66 +44,70 @@ class StoredGeneration(NamedTuple):
     world: int
 
 
+StudyOrExperiment = Annotated[
+    Directory,
+    Parameter(
+        help=f"{LOCATION} With --genome: a preset or an experiment file, by default the experiment "
+        "of the genome file."
+    ),
+]
+Condition = Annotated[
+    str | None,
+    Parameter(help="Condition of the run. Default: the only condition of the study."),
+]
+GenomeFile = Annotated[
+    Path | None,
+    Parameter(
+        help="Genome file (.nc, .npy) whose agents are simulated. By default the agents are those "
+        "of the study."
+    ),
+]
+Run = Annotated[
+    int | None,
+    Parameter(
+        help="Number of a stored run, from 0. It is required for a study, and for a genome file of "
+        "several runs. Default of other genome files: the run of the genomes."
+    ),
+]
+Generation = Annotated[
+    int | None,
+    Parameter(
+        help="Number of a generation, from 0. It is required for a study. Default of a genome "
+        "file: the generation of the genomes."
+    ),
+]
+Seed = Annotated[
+    int | None,
+    Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
+]
+World = Annotated[
+    int, Parameter(help="Number of a world of the population (`population.worlds`), from 0.")
+]
+Map = Annotated[
+    str | None,
+    Parameter(help="With --genome: name of a map. Default: the map of the experiment."),
+]
+TraceOut = Annotated[
+    Path,
+    Parameter(help="File to write: a movie (.mp4, .gif), a picture (.png) or a trace (.nc)."),
+]
+
+
 def replay(
-    directory: Annotated[
-        Directory,
-        HIDE_DEFAULT,
-        Parameter(
-            help=f"{LOCATION} With --genome: a preset or an experiment file, by default the "
-            "experiment of the genome file."
-        ),
-    ] = None,
+    directory: StudyOrExperiment = None,
     /,
     *,
-    condition: Annotated[
-        str | None,
-        Parameter(help="Condition of the run. Default: the only condition of the study."),
-    ] = None,
-    genome: Annotated[
-        Path | None,
-        HIDE_DEFAULT,
-        Parameter(
-            help="Genome file (.nc, .npy) whose agents are simulated. By default the agents are "
-            "those of the study."
-        ),
-    ] = None,
-    run: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(
-            help="Number of a stored run, from 0. It is required for a study, and for a genome "
-            "file of several runs. Default of other genome files: the run of the genomes."
-        ),
-    ] = None,
-    generation: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(
-            help="Number of a generation, from 0. It is required for a study. Default of a genome "
-            "file: the generation of the genomes."
-        ),
-    ] = None,
-    seed: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
-    ] = None,
-    world: Annotated[
-        int,
-        Parameter(help="Number of a world of the population (`population.worlds`), from 0."),
-    ] = 0,
-    map: Annotated[
-        str | None,
-        HIDE_DEFAULT,
-        Parameter(help="With --genome: name of a map. Default: the map of the experiment."),
-    ] = None,
+    condition: Condition = None,
+    genome: GenomeFile = None,
+    run: Run = None,
+    generation: Generation = None,
+    seed: Seed = None,
+    world: World = 0,
+    map: Map = None,
     assignments: Assignments = None,
-    out: Annotated[
-        Path,
-        Parameter(help="File to write: a movie (.mp4, .gif), a picture (.png) or a trace (.nc)."),
-    ],
+    out: TraceOut,
     part: Parts = None,
-    force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
+    force: Force = False,
 ) -> None:
     """Simulate one lifetime again, and write it as a movie, a picture or a trace.
 

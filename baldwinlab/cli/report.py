@@ -14,13 +14,10 @@ from baldwinlab.api.gallery import compare_papers
 from baldwinlab.api.publish.gallery_entries import holds_studies
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
-    FLAG,
-    HIDE_DEFAULT,
     LOCATION,
-    OVERWRITE_FORCE,
-    RESOURCE_FORCE,
     Baseline,
     Directory,
+    Force,
     Json,
     LastGenerations,
     Parts,
@@ -45,7 +42,6 @@ def report(
     claims: Annotated[
         list[str] | None,
         Parameter(
-            negative="",
             consume_multiple=(0, 1),
             help="Evaluate the claims of a TOML file or of a paper; without a value, those of the "
             "paper of the study. Default: write the report.",
@@ -62,11 +58,10 @@ def report(
     baseline: Baseline = "",
     paper: Annotated[
         str,
-        HIDE_DEFAULT,
         Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,
-    force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write the statistics, the figures and the report of a study from its stored results.

@@ -7,26 +7,20 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas import reproduce_atlas
-from baldwinlab.api.atlas.reproduce import default_folder
+from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas, write_article
 from baldwinlab.api.gallery import reproduce_all
-from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.reproduce import Reproduction, run_reproduction
+from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
-    FLAG,
+    FIELDS,
     LOCATION,
     Assignments,
-    Backend,
-    Executor,
-    Force,
     Json,
     LastGenerations,
-    OptionalInteger,
     Out,
     Parts,
     Seed,
     Variant,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_claims, print_gallery, print_results
@@ -34,60 +28,58 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.papers import DEFAULT_PAPER, load
 from baldwinlab.papers.paper import STANDARD_VARIANT
-from baldwinlab.studies.store import StudyStore
 
 ATLAS: Final = "atlas"
 
 
+PaperName = Annotated[
+    str,
+    Parameter(
+        help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
+    ),
+]
+AllPapers = Annotated[bool, Parameter(name="--all", help="Reproduce all papers, and compare them.")]
+Runs = Annotated[
+    int | None, Parameter(help="Number of runs of each condition. Default: as in the paper.")
+]
+Generations = Annotated[
+    int | None, Parameter(help="Number of generations of each run. Default: as in the paper.")
+]
+Steps = Annotated[
+    int | None, Parameter(help="Number of steps of a forager's life. Default: as in the paper.")
+]
+StudyOut = Annotated[
+    Out,
+    Parameter(
+        help=f"{LOCATION} With --all, the folder of the studies. Default: results/PAPER "
+        "(results/paper for le-2019), with the changed options in its name; results with --all."
+    ),
+]
+Quick = Annotated[
+    bool,
+    Parameter(
+        help="Run the short form of a paper with stages, in minutes: fewer maps, and too few runs "
+        "for verdicts."
+    ),
+]
+
+
 def reproduce(
-    paper: Annotated[
-        str,
-        Parameter(
-            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
-        ),
-    ] = DEFAULT_PAPER,
+    paper: PaperName = DEFAULT_PAPER,
     /,
     *,
-    all_papers: Annotated[
-        bool, FLAG, Parameter(name="--all", help="Reproduce all papers, and compare them.")
-    ] = False,
+    all_papers: AllPapers = False,
     part: Parts = None,
-    runs: Annotated[
-        OptionalInteger,
-        Parameter(help="Number of runs of each condition. Default: as in the paper."),
-    ] = None,
-    generations: Annotated[
-        OptionalInteger,
-        Parameter(help="Number of generations of each run. Default: as in the paper."),
-    ] = None,
-    steps: Annotated[
-        OptionalInteger,
-        Parameter(help="Number of steps of a forager's life. Default: as in the paper."),
-    ] = None,
+    runs: Runs = None,
+    generations: Generations = None,
+    steps: Steps = None,
     seed: Seed = 0,
     variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
-    workers: Workers = None,
-    out: Annotated[
-        Out,
-        Parameter(
-            help=f"{LOCATION} With --all, the folder of the studies. Default: results/PAPER "
-            "(results/paper for le-2019), with the changed options in its name; results with --all."
-        ),
-    ] = None,
+    out: StudyOut = None,
     last_generations: LastGenerations = 10,
-    backend: Backend = "auto",
-    executor: Executor = "threads",
-    force: Force = False,
-    quick: Annotated[
-        bool,
-        Parameter(
-            negative="",
-            show_default=False,
-            help="Run the short form of a paper with stages, in minutes: fewer maps, and too few "
-            "runs for verdicts.",
-        ),
-    ] = False,
+    options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
+    quick: Quick = False,
     json: Json = False,
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
@@ -104,57 +96,43 @@ def reproduce(
     load_parts(part)
     if json:
         console.reserve_stdout()
-    options = RunOptions(workers, backend=backend, executor=executor, force=force)
+    if paper == ATLAS and not all_papers:
+        _require_plain_atlas(assignments, variant, generations, steps)
+        directory = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))
+        _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
+        if json:
+            print_claims(directory)
+        return
     if all_papers:
         _require_options_of_all_papers(paper, assignments, variant)
+    request = Reproduction(
+        load(paper),
+        runs=runs,
+        generations=generations,
+        steps=steps,
+        seed=seed,
+        variant=variant,
+        assignments=assignments or (),
+        out=out,
+        last=last_generations,
+        is_quick=quick,
+    )
+    if all_papers:
         folder = out or Path("results")
-        page = reproduce_all(
-            folder,
-            runs=runs,
-            generations=generations,
-            steps=steps,
-            seed=seed,
-            last=last_generations,
-            workers=workers,
-            backend=backend,
-            executor=executor,
-            force=force,
-        )
+        page = reproduce_all(folder, request, options)
         if json:
             print_gallery(folder, page)
         return
-    if paper == ATLAS:
-        _require_plain_atlas(assignments, variant, generations, steps)
-        reproduce_atlas(
-            quick=quick,
-            runs=runs,
-            seed=seed,
-            out=out,
-            workers=workers,
-            backend=backend,
-            executor=executor,
-            force=force,
-        )
-        if json:
-            print_claims(out or default_folder(quick=quick))
-        return
-    paper_data = load(paper)
-    length_assignments = format_length_assignments(paper_data, generations, steps)
-    study = run_reproduction(
-        Reproduction(
-            paper_data,
-            assignments=(*length_assignments, *(assignments or [])),
-            variant=variant,
-            runs=runs,
-            seed=seed,
-            out=out,
-            last=last_generations,
-            is_quick=quick,
-        ),
-        options,
-    )
+    study = run_reproduction(request, options)
     if json:
-        print_results(StudyStore(study.directory), last_generations)
+        print_results(study, last_generations)
+
+
+def _reproduce_atlas(request: AtlasRequest, options: RunOptions) -> None:
+    """Simulate the missing cells of all maps, and write the page, article, tables and data."""
+    run_atlas(request, options)
+    results = publish_atlas(request)
+    console.info(str(write_article(results, request.directory)))
 
 
 def _require_options_of_all_papers(paper: str, assignments: list[str] | None, variant: str) -> None:

@@ -7,24 +7,19 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.run import run_loaded
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import extend
 from baldwinlab.cli.options import (
-    HIDE_DEFAULT,
+    FIELDS,
     LOCATION,
     Assignments,
-    Backend,
     Baseline,
-    Executor,
     Experiment,
-    Force,
     Json,
-    OptionalInteger,
     Out,
     Parts,
     Seed,
     Variant,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -41,70 +36,63 @@ from baldwinlab.studies.store import StudyStore
 DEFAULT_RUNS: Final = 30
 
 
+MoreExperiments = Annotated[
+    str, Parameter(help="More experiments. All are conditions of the same study.")
+]
+Generations = Annotated[
+    int | None,
+    Parameter(
+        help="Number of generations, by default that of the experiment. A stored study is extended "
+        "to this number."
+    ),
+]
+Runs = Annotated[
+    int | None,
+    Parameter(
+        help=f"Number of independent runs of each condition, by default {DEFAULT_RUNS}; of a "
+        "stored study, its number of runs."
+    ),
+]
+StudyOut = Annotated[
+    Out,
+    Parameter(
+        help=f"{LOCATION} Default: results/NAME, where NAME joins the names of the experiments."
+    ),
+]
+Founders = Annotated[
+    tuple[str, ...],
+    Parameter(
+        consume_multiple=True,
+        help="Genomes of the first generation: STUDY:CONDITION@GENERATION, with [RUN] at the end "
+        "for one run, or a genome file (.nc, .npy). =SHARE at the end is its share. By default the "
+        "genomes are random.",
+    ),
+]
+Changes = Annotated[
+    tuple[str, ...],
+    Parameter(
+        consume_multiple=True,
+        help="Settings that change during a run: a generation, then PATH=VALUE, such as --at 50 "
+        "learning.rule=none. By default no setting changes.",
+    ),
+]
+
+
 def run(
     experiment: Experiment,
     /,
-    *experiments: Annotated[
-        str, Parameter(help="More experiments. All are conditions of the same study.")
-    ],
+    *experiments: MoreExperiments,
     part: Parts = None,
     variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
     baseline: Baseline = "",
-    generations: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(
-            help="Number of generations, by default that of the experiment. A stored study is "
-            "extended to this number."
-        ),
-    ] = None,
-    runs: Annotated[
-        OptionalInteger,
-        HIDE_DEFAULT,
-        Parameter(
-            help="Number of independent runs of each condition, by default "
-            f"{DEFAULT_RUNS}; of a stored study, its number of runs."
-        ),
-    ] = None,
+    generations: Generations = None,
+    runs: Runs = None,
     seed: Seed = 0,
-    workers: Workers = None,
-    out: Annotated[
-        Out,
-        Parameter(
-            help=f"{LOCATION} Default: results/NAME, where NAME joins the names of the experiments."
-        ),
-    ] = None,
-    backend: Backend = "auto",
-    executor: Executor = "threads",
-    founders: Annotated[
-        tuple[str, ...],
-        HIDE_DEFAULT,
-        Parameter(
-            consume_multiple=True,
-            negative="",
-            help="Genomes of the first generation: STUDY:CONDITION@GENERATION, with [RUN] at the "
-            "end for one run, or a genome file (.nc, .npy). =SHARE at the end is its share. By "
-            "default the genomes are random.",
-        ),
-    ] = (),
-    at: Annotated[
-        tuple[str, ...],
-        HIDE_DEFAULT,
-        Parameter(
-            consume_multiple=True,
-            negative="",
-            help="Settings that change during a run: a generation, then PATH=VALUE, such as "
-            "--at 50 learning.rule=none. By default no setting changes.",
-        ),
-    ] = (),
-    checkpoint: Annotated[
-        str,
-        Parameter(
-            help="Interval between two checkpoints of a run: seconds (60s) or generations (100)."
-        ),
-    ] = "60s",
-    force: Force = False,
+    out: StudyOut = None,
+    founders: Founders = (),
+    at: Changes = (),
+    options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Run one or several experiments as one study, and compare them.
@@ -121,9 +109,6 @@ def run(
     load_parts(part)
     if json:
         console.reserve_stdout()
-    options = RunOptions(
-        workers, backend=backend, executor=executor, force=force, checkpoint=checkpoint
-    )
     directory = parse_location(experiment)
     if is_study(directory):
         has_other_options = any((experiments, assignments, out, seed, founders, at))
@@ -134,13 +119,10 @@ def run(
             )
         study = extend(StudyStore(directory), options, generations=generations, runs=runs)
     else:
-        loaded = [load_with_origin(name, variant) for name in (experiment, *experiments)]
-        all_assignments = list(assignments or [])
-        if generations is not None:
-            all_assignments.append(f"evolution.generations={generations}")
+        length = [] if generations is None else [f"evolution.generations={generations}"]
         study = run_loaded(
-            loaded,
-            all_assignments,
+            [load_with_origin(name, variant) for name in (experiment, *experiments)],
+            [*(assignments or []), *length],
             options,
             runs=DEFAULT_RUNS if runs is None else runs,
             seed=seed,
@@ -149,6 +131,11 @@ def run(
             founders=founders,
             schedule=parse_changes(at),
         )
+    _show_results(study, baseline, json=json)
+
+
+def _show_results(study: StudyStore, baseline: str, *, json: bool) -> None:
+    """Print the comparison of the conditions, and the command that writes the report."""
     if json:
         print_results(study, baseline=baseline)
     elif len(study.experiments) > 1 or baseline:

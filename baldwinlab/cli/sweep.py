@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.sweep import sweep as run_sweep
 from baldwinlab.cli.options import (
+    FIELDS,
     LOCATION,
-    Backend,
-    Executor,
-    Force,
     Json,
     LastGenerations,
     Out,
     Parts,
-    Workers,
     load_parts,
 )
 from baldwinlab.cli.results import print_results
@@ -34,15 +33,12 @@ def sweep(
     /,
     *,
     part: Parts = None,
-    workers: Workers = None,
     out: Annotated[
         Out,
         Parameter(help=f"{LOCATION} Default: results/NAME, where NAME is the name of the file."),
     ] = None,
     last_generations: LastGenerations = 10,
-    backend: Backend = "auto",
-    executor: Executor = "threads",
-    force: Force = False,
+    options: Annotated[RunOptions, FIELDS] = RUN_DEFAULTS,
     json: Json = False,
 ) -> None:
     """Run an experiment with many values of its settings, and report the responses.
@@ -58,9 +54,7 @@ def sweep(
     require_whole_number("last", last_generations)
     if json:
         console.reserve_stdout()
-    study = run_sweep(
-        file, out=out, workers=workers, backend=backend, executor=executor, force=force
-    )
-    study.report(last=last_generations, force=force)
+    study = run_sweep(file, out=out, **asdict(options))
+    study.report(last=last_generations, force=options.force)
     if json:
         print_results(StudyStore(study.directory), last_generations)

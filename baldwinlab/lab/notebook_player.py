@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from baldwinlab._version import __version__
 from baldwinlab.analysis.traces import has_appearance, read_appearance
-from baldwinlab.api.load import read_experiment
+from baldwinlab.api.load import load
 from baldwinlab.core.deferred import xr
 from baldwinlab.lab import binary_frames, single_page
 from baldwinlab.lab.model_displays import describe_species
@@ -95,7 +95,7 @@ def pack_trace(trace: xr.Dataset) -> bytes:
     # A trace does not contain the teachers.
     appearance = {**read_appearance(trace), "has_teachers": False}
     agent_arrays = _collect_agent_arrays(first_steps, appearance)
-    experiment = read_experiment(trace)
+    experiment = load(trace)
     header = {
         "kind": "recording",
         **{name: trace.attrs[name] for name in ("condition", "seed", "run", "generation")},

@@ -40,38 +40,10 @@ def replay(
 
     The trace is bit-identical to the same lifetime in `simulate`.
 
-    Parameters
-    ----------
-    experiment
-        The settings.
-    seed
-        Seed of all random numbers, 0 to 2**31 - 1.
-    run
-        Number of the run, 0 to 2**31 - 1.
-    generation
-        Number of the generation, from 0.
-    energy
-        Array (generation, agent) of the same run. With it, earlier generations are not simulated.
-    world
-        Number of a world of the population, from 0. The trace has the agents of this world, in the
-        first of their lifetimes.
-    force
-        Run even if less memory is free than the estimate.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.trace_variables`, with the dimensions `step` and
-        `agent`. With several worlds, the coordinate `agent` has the numbers of the agents in the
-        population.
-
-    Raises
-    ------
-    ArgumentError
-        The seed or the number of the run, of the generation or of the world is out of range.
-    RefusedError
-        The model has no world, the run stops before the generation, or too little memory is
-        free.
+    `energy`: [generation, agent] of the same run. With it, earlier generations are not simulated.
+    `world`: number of a world of the population. The trace has the agents of this world, in the
+    first of their lifetimes. Raises `RefusedError` if the model has no world, the run stops before
+    the generation, or too little memory is free.
     """
     _require_world_number(require_world(experiment), world)
     require_generation(experiment, generation)

@@ -31,33 +31,8 @@ if TYPE_CHECKING:
 def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
     """Return the stored runs of a study as one dataset, without the genomes.
 
-    Parameters
-    ----------
-    directory
-        The directory of a study, or a URL that fsspec can open.
-    conditions
-        Names of conditions. Default: all conditions.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `condition`,
-        `run`, `generation` and `agent`. All files are verified, and values are read when they are
-        used, as those of `xarray.open_dataset`. `data.load()` reads all values. Missing values are
-        NaN: conditions can differ in their numbers of runs, generations or agents, and a run that
-        stopped has no later generations. If runs can stop, the coordinate `n_generations`
-        (condition, run) is the number of simulated generations. `experiment` is each condition as
-        TOML. `learner`, `map` and `variant` are coordinates of `condition` if a condition has them.
-        Write `data["map"]`: `data.map` is a method of xarray. The attributes of a variable are its
-        `units` and `long_name`. The attributes of the dataset are the `seed` of the study and the
-        `outcome`, the name of the fitness, for example "items eaten".
-
-    Raises
-    ------
-    StudyError
-        There is no study, or it has no such condition.
-    DamagedRecordError
-        A stored run is damaged.
+    `conditions`: by default all. The method `data` of `baldwinlab.api.study.Study` describes the
+    dataset. Raises `StudyError` or `DamagedRecordError`.
     """
     study = StudyStore(parse_location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))

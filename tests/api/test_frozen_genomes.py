@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
+from baldwinlab.api.frozen_genomes import read_frozen
+from baldwinlab.api.replay import replay_frozen
 from baldwinlab.core.errors import BaldwinLabError
 from tests.commands import Command
 from tests.small_studies import make_small_study
@@ -37,14 +39,14 @@ def test_a_replayed_population_has_the_bits_of_the_stored_lifetime(
     stored = study.replay(CONDITION, run=1, generation=2)
     assert int(stored.eaten.sum()) > 0
     assert replayed.equals(stored)
-    assert bl.replay_genome_file(population).equals(stored)
-    trace = bl.replay_genome_file(
-        population, map="B", set={"lifetime": {"steps": 50}}, seed=6, run=0, generation=1
+    assert bl.replay(genome=population).equals(stored)
+    trace = bl.replay(
+        genome=population, map="B", set={"lifetime": {"steps": 50}}, seed=6, run=0, generation=1
     )
     frozen = read_frozen(population, map_name="B", assignments=SHORT)
     assert trace.equals(replay_frozen(frozen, seed=6, run=0, generation=1))
     with pytest.raises(BaldwinLabError, match="there is no map 'Z'"):
-        bl.replay_genome_file(population, map="Z")
+        bl.replay(genome=population, map="Z")
 
 
 def test_another_generation_run_or_seed_gives_another_lifetime(population: Path) -> None:
@@ -137,3 +139,20 @@ def test_a_file_of_several_runs_needs_the_number_of_a_run(study: bl.Study, tmp_p
     np.testing.assert_array_equal(
         replay_frozen(frozen, run=2).weight_birth, study.genomes(2, 1, condition=CONDITION)
     )
+
+
+def test_a_replay_has_an_experiment_or_a_genome_file(study: bl.Study, population: Path) -> None:
+    experiment = study.experiment(CONDITION)
+    expected = study.replay(CONDITION, run=1, generation=2)
+    assert bl.replay(experiment, seed=study.seed, run=1, generation=2).equals(expected)
+    assert bl.replay(experiment, genome=population).equals(expected)
+    energy = study.data().energy.sel(condition=CONDITION, run=1)
+    refused = {
+        "give an experiment, or a genome file": {},
+        "map and set apply to a genome file": {"experiment": experiment, "map": "B"},
+        "energy applies to an experiment": {"genome": population, "energy": energy},
+    }
+    replay: Any = bl.replay
+    for message, arguments in refused.items():
+        with pytest.raises(BaldwinLabError, match=message):
+            replay(**arguments)

@@ -15,6 +15,8 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab import BaldwinLabError, Study
 from baldwinlab.analysis.figures.style import choose_style
+from baldwinlab.studies.assays.results import open_assay
+from baldwinlab.studies.open import open_runs
 from tests.small_studies import SHORT_SETTINGS, make_small_study, read_records, shorten_preset
 
 SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
@@ -74,7 +76,7 @@ def test_the_same_call_runs_the_missing_runs(
 
 def test_an_open_study_has_its_data_and_replays_lifetimes(study: Study) -> None:
     opened = bl.open_study(study.directory)
-    xr.testing.assert_identical(opened.data(), bl.open_runs(study.directory))
+    xr.testing.assert_identical(opened.data(), open_runs(study.directory))
     assert opened.data(["evo/A"]).sizes["condition"] == 1
     trace = opened.replay("evo+self-taught/A", run=1, generation=2)
     eaten = opened.data().food_eaten.sel(condition="evo+self-taught/A", run=1, generation=2)
@@ -108,7 +110,7 @@ def test_the_first_request_of_an_assay_runs_it(
 ) -> None:
     innate = copied_study.assay("innate", "evo+self-taught/A", workers=1)
     xr.testing.assert_identical(
-        innate, bl.open_assay(copied_study.directory, "innate", "evo+self-taught/A")
+        innate, open_assay(copied_study.directory, "innate", "evo+self-taught/A")
     )
     assert "2 assays to do" in capsys.readouterr().out
     all_conditions = copied_study.assay("innate")
@@ -128,7 +130,7 @@ def test_an_assay_of_conditions_with_different_settings_has_the_settings_of_all(
 ) -> None:
     joined = copied_study.assay("reaction")
     for condition in copied_study.conditions:
-        stored = bl.open_assay(copied_study.directory, "reaction", condition)
+        stored = open_assay(copied_study.directory, "reaction", condition)
         of_condition = joined.energy.sel(condition=condition).dropna("setting", how="all")
         for coordinate in ("field", "value"):
             assert set(of_condition[coordinate].values) == set(stored[coordinate].values)
@@ -149,15 +151,14 @@ def test_its_report_lies_in_it_or_where_one_says(copied_study: Study, tmp_path: 
 def test_a_record_leads_to_its_experiment(copied_study: Study) -> None:
     study = copied_study
     evo, taught = shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")
-    assert bl.read_experiment(bl.simulate(evo, seed=1)) == evo
-    assert bl.read_experiment(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
-    assert bl.read_experiment(study.data(), "evo+self-taught/A") == taught
-    assert bl.read_experiment(study.data().sel(condition="evo/A")) == evo
-    assert bl.read_experiment(study.assay("innate", "evo/A")) == evo
+    assert bl.load(bl.simulate(evo, seed=1)) == evo
+    assert bl.load(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
+    assert bl.load(study.data().sel(condition="evo+self-taught/A")) == taught
+    assert bl.load(study.assay("innate", "evo/A")) == evo
     with pytest.raises(BaldwinLabError, match="there are evo/A, evo\\+self-taught/A"):
-        bl.read_experiment(study.data())
+        bl.load(study.data())
     with pytest.raises(BaldwinLabError, match="has no attribute or variable"):
-        bl.read_experiment(xr.Dataset())
+        bl.load(xr.Dataset())
 
 
 def test_invalid_arguments_are_refused_before_the_study_is_created(

@@ -24,11 +24,11 @@ def test_a_dict_says_what_a_file_says(tmp_path: Path) -> None:
     by_file = bl.sweep(tmp_path / "food.toml", out=tmp_path / "by-file")
     by_dict = bl.sweep(FOOD, out=tmp_path / "by-dict", workers=1)
     assert read_records(by_file.directory) == read_records(by_dict.directory)
-    xr.testing.assert_identical(by_dict.data(), bl.open_sweep(by_file.directory))
+    xr.testing.assert_identical(by_dict.data(), by_file.data())
     assert by_dict.data().sizes["world.food.0.count"] == 2
     assert by_dict.report().exists()
     point = by_dict.data().sel({"world.food.0.count": 50})
-    assert bl.read_experiment(point).world.food[0].count == 50
+    assert bl.load(point).world.food[0].count == 50
     assert bl.sweep({**FOOD, "runs": 3}, out=tmp_path / "by-dict").runs("point-0001") == [0, 1, 2]
 
 

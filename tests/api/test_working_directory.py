@@ -12,6 +12,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.core.files import make_absolute, parse_location, quote_path, shorten_path
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
@@ -31,7 +32,7 @@ def second_folder(base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_an_open_study_is_found_from_another_directory(base: Path, second_folder: Path) -> None:
     study = bl.open_study("base")
-    data = bl.open_runs("base")
+    data = bl.open_study("base").data()
     os.chdir(second_folder)
     assert study.directory == base
     assert study.data().sizes["run"] == 2
@@ -89,7 +90,7 @@ def test_the_remedy_of_a_missing_assay_works_if_it_is_pasted(
 ) -> None:
     make_small_study(tmp_path / "my studies" / "it's", runs=1)
     with pytest.raises(bl.StudyError, match="does not exist; `") as caught:
-        bl.open_assay("my studies/it's", "innate", "evo/A")
+        open_assay("my studies/it's", "innate", "evo/A")
     _, *words = shlex.split(str(caught.value).split("`")[1])
     assert command(*words).code == 0
-    assert bl.open_assay("my studies/it's", "innate", "evo/A").sizes["run"] == 1
+    assert open_assay("my studies/it's", "innate", "evo/A").sizes["run"] == 1

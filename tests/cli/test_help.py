@@ -5,18 +5,22 @@ from __future__ import annotations
 import shlex
 
 import pytest
+from cyclopts import Argument
 
 from baldwinlab.cli import COMMANDS, GROUPS
 from baldwinlab.cli.options import app
 from tests.commands import Command
 
 
+def list_arguments(name: str) -> list[Argument]:
+    """Return the arguments and options of a command, with the fields of the shared options."""
+    arguments = app[name].assemble_argument_collection(parse_docstring=True)
+    return [argument for argument in arguments if not argument.children]
+
+
 def option_texts(name: str) -> dict[str, str]:
     """Return the help text of each argument and option of a command."""
-    return {
-        argument.name: argument.parameter.help or ""
-        for argument in app[name].assemble_argument_collection()
-    }
+    return {argument.name: argument.parameter.help or "" for argument in list_arguments(name)}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -38,12 +42,11 @@ def test_every_command_has_an_example_that_can_be_parsed(name: str) -> None:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_default_is_shown_or_described(name: str) -> None:
-    for argument in app[name].assemble_argument_collection():
+    for argument in list_arguments(name):
         text = (argument.parameter.help or "").lower()
-        is_shown = argument.parameter.show_default is not False
-        has_default = not argument.required and argument.field_info.default is not None
+        is_shown = argument.field_info.default not in (None, "", ())
         is_flag = argument.hint is bool
-        if not argument.required and not is_flag and not (has_default and is_shown):
+        if not argument.required and not is_flag and not is_shown:
             is_list = argument.name in ("--set", "--part", "--author", "--license", "EXPERIMENTS")
             assert "default" in text or is_list, argument.name
 

@@ -121,6 +121,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm",
         ),
         ("run evo/A --seed 1.5", "--seed: '1.5' must be a whole number"),
+        ("run evo/A --workers 1.5", "--workers: '1.5' must be a whole number"),
+        ("replay study --run 0 --generation 0 --world 1.5 --out x.nc", "--world: '1.5' must be"),
         (
             "replay study --condition evo/A --run 0.6 --generation 0 --out x.nc",
             "'0.6' must be",

@@ -61,7 +61,7 @@ LATE = [
     "--set evolution.fitness=uncompiled population.size=4 evolution.generations=2",
     "reproduce le-2019 --runs 1 --out a/new --workers 0",
     "reproduce many-learning-rules --quick --out a/new --variant rank",
-    "multiverse le-2019 --runs 1 --out a/new --checkpoint 3",
+    "multiverse le-2019 --runs 1 --out a/new --checkpoint often",
     "multiverse le-2019 --runs 1 --out a/new --executor nowhere",
     "assay base --assays innate --executor nowhere",
     "run base --generations 1",

@@ -39,7 +39,9 @@ def test_allele_frequencies_are_those_of_the_genomes_of_every_generation(
 
 def test_the_mean_frequency_over_loci_is_the_recorded_one(strings_server: LabServer) -> None:
     _, arrays = get_arrays(strings_server.address, "alleles", **RUN)
-    recorded = bl.open_runs(strings_server.root / "strings").sel(condition="guessing", run=1)
+    recorded = (
+        bl.open_study(strings_server.root / "strings").data().sel(condition="guessing", run=1)
+    )
     for allele, name in enumerate(("zeros", "unset", "ones")):
         assert np.allclose(arrays["share"][:, :, allele].mean(axis=1), recorded[name].mean("agent"))
 

@@ -40,7 +40,7 @@ def test_a_population_of_the_lab_is_the_file_of_the_command_line(
         path = save(freezer, f"agents-{agent}", agent=agent)
         expected = bl.freeze(reference, agent, out=tmp_path / f"{agent}.nc")
         assert path.read_bytes() == expected.path.read_bytes()
-    assert bl.replay_genome_file(path, set={"lifetime.steps": 20}).sizes["agent"] == 1
+    assert bl.replay(genome=path, set={"lifetime.steps": 20}).sizes["agent"] == 1
 
 
 def test_the_lab_lists_the_files_of_the_command_line(freezer: LabServer) -> None:

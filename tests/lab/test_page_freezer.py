@@ -63,7 +63,7 @@ def test_agents_and_populations_are_kept_from_the_world_and_from_a_live_run(
     expect(page.get_by_test_id("message-done").last).to_contain_text("live-population.nc")
     sizes = {"agent": 1, "population": 20, "from-results": 20, "live-population": 20}
     for name, n_agents in sizes.items():
-        trace = bl.replay_genome_file(freezer.root / "freezer" / f"{name}.nc")
+        trace = bl.replay(genome=freezer.root / "freezer" / f"{name}.nc")
         assert trace.sizes["agent"] == n_agents
 
 

@@ -190,7 +190,7 @@ def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_pat
     )
     complete = make_small_study(tmp_path / "complete", [experiment], runs=2)
     assert read_records(study.directory) == read_records(complete.directory)
-    data = bl.open_runs(study.directory)
+    data = bl.open_study(study.directory).data()
     assert "sum_of_x" in data
     assert not [name for name in data.variables if str(name).startswith("run_array")]
 

@@ -63,7 +63,7 @@ def test_a_study_stores_the_name_source_and_hash_of_every_part(study: Path) -> N
 
 
 def test_a_study_can_be_read_without_its_part(study: Path) -> None:
-    data = bl.open_runs(study)
+    data = bl.open_study(study).data()
     assert data.energy.sizes == {"condition": 1, "run": 2, "generation": 6, "agent": 40}
     assert "food_eaten" not in data
     assert data.unknown.notnull().all()
@@ -112,7 +112,7 @@ def test_a_different_part_of_the_same_name_is_refused(
         )
     assert read_records(study) == before
     # Reading does not depend on the loaded part.
-    assert bl.open_runs(study).energy.notnull().all()
+    assert bl.open_study(study).data().energy.notnull().all()
 
 
 def test_a_study_resumes_with_the_same_part_and_gives_identical_records(

@@ -2,13 +2,11 @@
 
 from baldwinlab.api.atlas.article import write_article
 from baldwinlab.api.atlas.publish import publish_atlas
-from baldwinlab.api.atlas.reproduce import reproduce_atlas
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 
 __all__ = [
     "AtlasRequest",
     "publish_atlas",
-    "reproduce_atlas",
     "run_atlas",
     "write_article",
 ]

@@ -19,7 +19,7 @@ import tomlkit
 from baldwinlab._version import __version__
 from baldwinlab.api.atlas.cells import CellTask
 from baldwinlab.api.interruptions import RemainingTime, report_progress_on_error
-from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
@@ -113,7 +113,7 @@ def _identify(cell: Experiment, seed: int) -> dict[str, str]:
     return {"experiment": to_toml(cell), "seed": str(seed)}
 
 
-def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
+def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
     """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
     options.make_executor()
@@ -124,7 +124,7 @@ def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
 
 
 def _run_maps(
-    request: AtlasRequest, options: RunOptions, design: AtlasDesign, maps: list[PlannedMap]
+    request: AtlasRequest, options: AssayOptions, design: AtlasDesign, maps: list[PlannedMap]
 ) -> list[PlannedMap]:
     studies = [_open_map(planned, request.seed) for planned in maps]
     _freeze_design(request.directory, design)
@@ -172,7 +172,7 @@ def _freeze_design(directory: Path, design: AtlasDesign) -> None:
 
 
 def _run_cells(
-    planned: PlannedMap, study: StudyStore, tasks: Sequence[CellTask], options: RunOptions
+    planned: PlannedMap, study: StudyStore, tasks: Sequence[CellTask], options: AssayOptions
 ) -> None:
     executor = options.make_executor()
     compile_experiments(

@@ -26,27 +26,8 @@ def is_stored(name: str, study: StudyStore, condition: str) -> bool:
 def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     """Return the stored results of an assay of one condition.
 
-    Parameters
-    ----------
-    directory
-        The directory of a study, or a URL that fsspec can open.
-    assay
-        "innate", "neutral", "within-life", "modules", "reaction", "descent",
-        "reaction-norms", "canalization", "opponents", "unseen-maps", "fork" or
-        "fork-mode".
-    condition
-        Name of a condition.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.assay_variables.ASSAY_VARIABLES[assay]`.
-
-    Raises
-    ------
-    StudyError
-        There is no such study, assay or condition, the assay has not been run, or its file is
-        damaged.
+    Raises `StudyError` if there is no such study, assay or condition, if the assay has not been
+    run, or if its file is damaged.
     """
     study = StudyStore(parse_location(directory))
     require_assay_names([assay])

@@ -195,25 +195,9 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 def open_sweep(directory: str | Path) -> xr.Dataset:
     """Return the stored runs of a sweep as one dataset, by the values of the swept settings.
 
-    Parameters
-    ----------
-    directory
-        The directory of a sweep, or a URL that fsspec can open.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `open_runs`. A grid has one dimension per swept setting, then `run`,
-        `generation` and `agent`. Another design has the dimension `point` with the settings as
-        coordinates. Runs that are not stored are NaN. The attributes are `design`, `fields`, `base`
-        (the swept experiment), `set` (its changed settings) and `seed`.
-
-    Raises
-    ------
-    StudyError
-        There is no study, or it is not a sweep.
-    DamagedRecordError
-        A stored run is damaged.
+    A grid has one dimension per swept setting, another design has the dimension `point`. The method
+    `data` of `baldwinlab.api.study.Study` describes the dataset. Raises `StudyError` if there is no
+    sweep, and `DamagedRecordError`.
     """
     folder = parse_location(directory)
     study = StudyStore(folder)

@@ -1,4 +1,4 @@
-"""Artificial sweeps, in the form of `baldwinlab.open_sweep`."""
+"""Artificial sweeps, in the form of `Study.data`."""
 
 from __future__ import annotations
 

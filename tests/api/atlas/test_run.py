@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import baldwinlab as bl
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
 from baldwinlab.analysis.estimands.questions import estimate
 from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas, write_article
@@ -29,6 +28,7 @@ from baldwinlab.papers.atlas_design import AtlasDesign, read_atlas
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
+from tests.commands import Command
 
 OPTIONS = RunOptions(workers=1)
 CLIMBING = presets.load("mayley-1996:costly-climbing/rugged").replace(
@@ -160,19 +160,24 @@ def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
     assert sum("correlation,point-0000" in row for row in rows) == 6
 
 
-def test_the_python_function_returns_the_stored_outcomes_of_each_map(
-    atlas: AtlasRequest, design: AtlasDesign
+def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
+    atlas: AtlasRequest, design: AtlasDesign, command: Command
 ) -> None:
+    words = ["--quick", "--runs", "4", "--out", str(atlas.directory), "--json"]
     with (
         patch.object(run_module, "read_atlas", lambda: design),
         patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design),
     ):
-        maps = bl.reproduce_atlas(quick=True, runs=4, out=atlas.directory)
-    assert list(maps) == ["correlation", "slope"]
+        done = command("reproduce", "atlas", *words)
+        results = read_results(atlas)
+    assert done.code == 0
+    claims = json.loads(done.out)["claims"]
+    assert {claim["id"] for claim in claims} == {claim.id for claim in design.claims}
     assert (atlas.directory / "article.md").read_text("utf-8").startswith("# ")
-    for name, outcomes in maps.items():
-        stored = xr.load_dataset(atlas.directory / f"{name}.nc")
-        xr.testing.assert_equal(outcomes, stored)
+    assert [result.name for result in results.maps] == ["correlation", "slope"]
+    for result in results.maps:
+        stored = xr.load_dataset(atlas.directory / f"{result.name}.nc")
+        xr.testing.assert_equal(result.outcomes, stored)
 
 
 def test_two_articles_have_equal_bytes_and_their_pictures(

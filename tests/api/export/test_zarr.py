@@ -29,13 +29,13 @@ def test_a_zarr_store_has_the_data_units_and_labels_of_the_study(
         # Zarr warns about data types that its specification does not have.
         warnings.simplefilter("error")
         mixed.export(tmp_path / "study.zarr")
-    data = bl.open_runs(mixed.directory)
+    data = mixed.data()
     opened = xr.open_zarr(tmp_path / "study.zarr", consolidated=False).load()
     xr.testing.assert_equal(opened, data)
     for name in data.variables:
         assert {key: opened[name].attrs[key] for key in data[name].attrs} == data[name].attrs
     assert opened.food_eaten.attrs == {"units": "items", "long_name": "items eaten in life"}
-    assert bl.read_experiment(opened, "guessing") == mixed.experiment("guessing")
+    assert bl.load(opened.sel(condition="guessing")) == mixed.experiment("guessing")
     assert zarr.open_group(tmp_path / "study.zarr", mode="r").metadata.zarr_format == 3
 
 
@@ -115,7 +115,7 @@ def test_a_zarr_store_has_the_time_series_of_the_study(tmp_path: Path, every: in
     study = make_small_study(tmp_path / "study", conditions, runs=2)
     write_zarr(study, tmp_path / "study.zarr")
     exported = xr.open_zarr(tmp_path / "study.zarr", consolidated=False)
-    data = bl.open_runs(study.directory)
+    data = bl.open_study(study.directory).data()
     assert exported["window"].values.tolist() == sorted({0, 100, 200, every})
     for name in ("energy_gained", "births", "agents_alive"):
         np.testing.assert_array_equal(exported[name], data[name].transpose(*exported[name].dims))

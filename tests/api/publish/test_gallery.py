@@ -14,6 +14,7 @@ import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.decisions import COLUMNS, VERDICTS
+from baldwinlab.api.gallery import compare_papers
 from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.core.errors import RefusedError
 from tests.commands import Command
@@ -53,7 +54,7 @@ def gallery(stored: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write the page of the papers."""
     folder = tmp_path_factory.mktemp("gallery") / "all"
     copytree(stored, folder)
-    bl.compare_papers(folder)
+    compare_papers(folder)
     return folder
 
 
@@ -166,7 +167,7 @@ def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, fol
     done = command("report", folder)
     assert done.code == 2 and f"{folder} holds no study: it has no study.toml" in done.err
     with pytest.raises(RefusedError, match=f"{folder} has no study of a paper"):
-        bl.compare_papers(folder)
+        compare_papers(Path(folder))
 
 
 def test_a_folder_with_studies_of_no_paper_is_refused_in_a_sentence(

@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab import open_runs, open_sweep, sweep
+from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, name_points
+from baldwinlab.studies.sweeps.design import (
+    SWEEP_FILE_NAME,
+    expand_sweep,
+    name_points,
+    open_sweep,
+)
 from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.completion import complete_runs, read_files

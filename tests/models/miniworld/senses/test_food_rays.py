@@ -83,7 +83,7 @@ def test_a_sweep_over_the_number_of_rays_simulates_each_number(tmp_path: Path) -
     data = sweep.data()
     assert data.sizes["senses.food_rays.rays"] == 3
     for rays in (3, 5, 9):
-        point = bl.read_experiment(data.sel({"senses.food_rays.rays": rays}))
+        point = bl.load(data.sel({"senses.food_rays.rays": rays}))
         assert isinstance(point, Experiment)
         assert len(point.inputs) == rays
         network = sweep.network(0, 1, 0, condition=f"point-000{(3, 5, 9).index(rays)}")
