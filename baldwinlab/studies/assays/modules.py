@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution import Genome
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-BOTH_EVOLVED = "both evolved"
 MODULE_COMBINATIONS = (
-    BOTH_EVOLVED,
+    "both evolved",
     "evolved reinforcement, random action",
     "random reinforcement, evolved action",
     "both random",
@@ -52,3 +53,26 @@ def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
     # The dimensions are [run, agent, module, weight]. Module 0 selects the action, and module 1 is
     # the reinforcement module.
     return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)
+
+
+def find_module_obstacle(condition: str, experiment: BaseExperiment) -> str:
+    """Refuse agents without a reinforcement module."""
+    if "reinforcement" in experiment.modules:
+        return ""
+    return "needs agents with a reinforcement module"
+
+
+ASSAYS: Final = (
+    Assay(
+        name="modules",
+        question="Which module contains the evolved information?",
+        variables={
+            "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
+        },
+        coordinates=coordinates,
+        count_lives=count_lives,
+        measure=measure,
+        obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
+        is_default=True,
+    ),
+)

@@ -17,13 +17,15 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import LEARNING_FACTORS
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
+from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 # Number of generations at equal distances, from the first to the last.
 N_GENERATIONS: Final = 4
+# Multiples of the amount of learning. 0 is learning off.
+LEARNING_FACTORS: Final = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -94,13 +96,33 @@ def learning_amount(experiment: BaseExperiment) -> tuple[str, str]:
     return table_name(experiment.model), experiment.model_part.learning_amount
 
 
-def find_obstacle(condition: str, experiment: BaseExperiment) -> str:
-    """Return why the assay is not applicable to a condition; "" if it is applicable."""
+def find_learning_obstacle(condition: str, experiment: BaseExperiment) -> str:
+    """Refuse conditions without an amount of learning."""
     if not experiment.learns:
-        return "the assay reaction-norms needs a condition that learns"
+        return "needs a condition that learns"
     if not learning_amount(experiment)[1]:
         return (
-            "the assay reaction-norms scales a learning rate or a number of trials, and the model "
-            f"{experiment.model} of {condition} declares none"
+            f"scales a learning rate or a number of trials, and the model {experiment.model} of "
+            f"{condition} declares none"
         )
     return ""
+
+
+ASSAYS: Final = (
+    Assay(
+        name="reaction-norms",
+        question=(
+            "How does fitness depend on the amount of learning, early and late in evolution?"
+        ),
+        variables={
+            "energy": declare_fitness(
+                ("generation", "factor", "agent"),
+                "fitness with this multiple of the amount of learning; NaN if it is not valid",
+            ),
+        },
+        coordinates=coordinates,
+        count_lives=count_lives,
+        measure=measure,
+        obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
+    ),
+)

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from baldwinlab._version import __version__
-from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location, quote_path
-from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
+from baldwinlab.studies.assays.catalog import get_assay, get_assays, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run_samples import sample_runs
@@ -31,16 +30,14 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     directory
         The directory of a study, or a URL that fsspec can open.
     assay
-        "innate", "neutral", "within-life", "modules", "reaction", "descent",
-        "reaction-norms", "canalization", "opponents", "unseen-maps", "fork" or
-        "fork-mode".
+        Name of an assay, for example "innate"; `baldwinlab assay --help` lists all.
     condition
         Name of a condition.
 
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.assay_variables.ASSAY_VARIABLES[assay]`.
+        The variables of the assay, with their units and meanings in `attrs`.
 
     Raises
     ------
@@ -49,7 +46,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         damaged.
     """
     study = StudyStore(parse_location(directory))
-    require_assay_names([assay])
+    get_assay(assay)
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
@@ -124,7 +121,7 @@ def find_missing_assays(
     `generations`: number of generations of the branches of a fork. Unless given, any number
     matches.
     """
-    require_assay_names(names)
+    get_assays(names)
     study.require_runs()
 
     def is_missing(name: str, condition: str) -> bool:
@@ -144,7 +141,7 @@ def _is_done(study: StudyStore, name: str, condition: str, generations: int | No
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
-    if name in FORKS and generations not in (None, data.attrs["generations"]):
+    if generations is not None and generations != data.attrs.get("generations", generations):
         return False
     actual = (data.attrs.get("condition"), data.attrs.get("baldwinlab"), data.run.values.tolist())
     return actual == (condition, __version__, sample_runs(study, condition))

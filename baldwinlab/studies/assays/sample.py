@@ -27,6 +27,9 @@ from baldwinlab.studies.record_files import StudyError, find_record_file
 Energy = npt.NDArray[np.float64]
 # Name of a map, and the experiment on it.
 OnMap = tuple[str, Experiment]
+# Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
+LIFE_KINDS = ("off", "on", "frozen", "drift")
+OFF, ON, FROZEN, DRIFT = range(len(LIFE_KINDS))
 
 
 class Conditions(Protocol):
@@ -48,6 +51,7 @@ class Sample:
     experiment: Experiment
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
+    # The maps of `list_other_maps`, if the assay uses them.
     other_maps: Sequence[OnMap]
     # Called with the number of simulated agent-steps. An exception that it raises ends the task.
     report_progress: Callable[[int], None]
@@ -132,6 +136,26 @@ def _limit_generation(record: xr.Dataset, generation: int) -> int:
     """Return a generation, or the last one of the record if the run stopped before."""
     last_generation = record.sizes["generation"] - 1
     return min(generation, last_generation) if STOP_ATTRIBUTE in record.attrs else generation
+
+
+def select_last_settings(experiment: Experiment) -> Experiment:
+    """Return the settings of the last generation."""
+    return experiment.at(experiment.evolution.generations - 1)
+
+
+def list_other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
+    """Return the last settings of a condition on each map that its learner has in the study."""
+    experiment = select_last_settings(study.experiments[condition])
+    factors = study.factors[condition]
+    maps: list[OnMap] = []
+    for candidate_name, candidate in study.factors.items():
+        if factors.map and candidate.map and candidate.learner == factors.learner:
+            world = select_last_settings(study.experiments[candidate_name]).world
+            moved_experiment = experiment.replace(world=world)
+            on_map = (candidate.map, moved_experiment)
+            if moved_experiment != experiment and on_map not in maps:
+                maps.append(on_map)
+    return tuple(maps)
 
 
 def first_middle_last(generations: int) -> list[int]:

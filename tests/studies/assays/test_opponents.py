@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.assays.catalog import why_not_applicable
-from baldwinlab.studies.assays.opponents import N_WORLDS, assayed_generations, measure
+from baldwinlab.studies.assays.opponents import ASSAYS, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.records import StudyError
@@ -21,6 +20,7 @@ from tests.small_studies import read_records
 from tests.studies.assays.studies import make_small_study_with_assays
 from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation, make_small_experiment
 
+OPPONENTS = "opponents"
 N_GENERATIONS = 4
 # A small map, so that predators meet prey. Other tests compile the same species.
 PREDATION = make_predation(
@@ -56,7 +56,7 @@ def make_sample(study: StudyStore, run: int) -> Sample:
 
 def test_the_assay_has_the_declared_variables_and_coordinates(study: StudyStore) -> None:
     assay = open_assay(study.directory, OPPONENTS, PREDATION.name)
-    (energy,) = ASSAY_VARIABLES[OPPONENTS].values()
+    (energy,) = ASSAYS[0].variables.values()
     assert assay.energy.dims == energy.dims
     assert assay.energy.dtype == energy.dtype
     assert assay.species.values.tolist() == ["predators", "prey"]

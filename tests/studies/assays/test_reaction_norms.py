@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.core.assay_variables import LEARNING_FACTORS
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.catalog import why_not_applicable
-from baldwinlab.studies.assays.reaction_norms import assayed_generations, scale_learning
+from baldwinlab.studies.assays.reaction_norms import (
+    LEARNING_FACTORS,
+    assayed_generations,
+    scale_learning,
+)
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.worlds import make_small_experiment
