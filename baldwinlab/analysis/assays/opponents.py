@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.assays.evaluation import Evaluation
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
@@ -25,8 +26,8 @@ from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
-from baldwinlab.core.assay_variables import OPPONENTS
 
+OPPONENTS: Final = "opponents"
 Difference = Literal["higher", "lower", "undecided"]
 HIGHER: Final[Difference] = "higher"
 LOWER: Final[Difference] = "lower"
@@ -240,3 +241,6 @@ def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]
         table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
         rows += [{"condition": condition, **row} for row in table]
     return rows
+
+
+EVALUATIONS: Final = (Evaluation(assay=OPPONENTS, order=110, make_section=make_section),)

@@ -12,12 +12,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import read_factors
+from baldwinlab.analysis.assays.values import Assays, read_factors
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     LINE_STYLES,
     MARKERS,
     SeriesStyle,
+    choose_style,
 )
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
@@ -111,3 +112,14 @@ def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set
         if learner in learners
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
+
+
+def style_learners(assays: Assays) -> dict[str, SeriesStyle]:
+    """Return the style of each learner, which is the same in all figures of the study."""
+    datasets = [data for assay in assays.values() for data in assay.values()]
+    learners = [name for data in datasets for name in data.attrs.get("learners", ())]
+    learners += [read_factors(data).learner for data in datasets]
+    return {
+        name: choose_style(learner_index)
+        for learner_index, name in enumerate(dict.fromkeys(learners))
+    }

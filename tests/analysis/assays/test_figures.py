@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis.assays import figures
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.evaluation import load_evaluations
 from baldwinlab.analysis.figures import to_svg
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
 
 A = "evo+self-taught/A"
 B = "evo+self-taught/B"
 
-DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
-    "lives": figures.draw_innate_and_learned,
-    "learning": figures.draw_gain_and_distance,
-    "within-life": figures.draw_within_life,
-    "modules": figures.draw_modules,
-    "reaction-norms": figures.draw_reaction_norms,
-    "descent": figures.draw_descent,
-    "learning-norms": figures.draw_norms,
+DRAW = {
+    figure.name: figure.draw
+    for evaluation in load_evaluations().values()
+    for figure in evaluation.figures
 }
 
 
@@ -59,7 +52,7 @@ def test_three_conditions_have_two_rows_and_missing_kinds_of_life_are_left_out()
         B: bare.assign_attrs(map="B"),
         "mine": bare.assign_attrs(learner="mine", map=""),
     }
-    figure = figures.draw_innate_and_learned({"innate": stored}, [A, B, "mine"], "fitness")
+    figure = DRAW["lives"]({"innate": stored}, [A, B, "mine"], "fitness")
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [title for axes in shown if (title := axes.get_title("left"))]
     assert titles == ["Map A, evo+self-taught", "Map B, evo+self-taught", "mine"]
@@ -73,14 +66,14 @@ def test_weight_changes_are_drawn_if_a_model_has_weights() -> None:
     )
     with_weights = without_weights.assign(distance=without_weights["distance"].fillna(1.0))
     panels = [
-        len(figures.draw_gain_and_distance({"innate": {A: data}}, [A], "fitness").axes)
+        len(DRAW["learning"]({"innate": {A: data}}, [A], "fitness").axes)
         for data in (with_weights, without_weights)
     ]
     assert panels == [2, 1]
 
 
 def test_a_reaction_norm_marks_the_value_of_evolution() -> None:
-    figure = figures.draw_reaction_norms(make_all_assays(), [], "fitness")
+    figure = DRAW["reaction-norms"](make_all_assays(), [], "fitness")
     labels = [[tick.get_text() for tick in axes.get_xticklabels()] for axes in figure.axes]
     assert (
         ["10", "(50)", "100"] in labels
@@ -93,6 +86,6 @@ def test_the_share_of_first_meals_ends_at_the_share_of_agents_that_ate() -> None
     stored = make_all_assays()
     meals = stored["within-life"][A]["first_meal"]
     meals[{"newborns": 3, "agent": 0}] = np.nan
-    figure = figures.draw_within_life(stored, [A], "fitness")
+    figure = DRAW["within-life"](stored, [A], "fitness")
     latest = figure.axes[1].get_lines()[-1]
     assert np.asarray(latest.get_ydata())[-1] == 0.75

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.fork import MEASURES, compute_effects
-from baldwinlab.analysis.assays.section import make_section, tabulate_fork
+from baldwinlab.analysis.assays.fork import MEASURES, TABLE, compute_effects
+from baldwinlab.analysis.assays.section import make_section, tabulate_effects
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
@@ -54,7 +54,7 @@ def test_effects_of_each_run_are_differences_of_branches() -> None:
 @pytest.mark.parametrize("assay", ["fork", "fork-mode"])
 def test_a_report_has_a_row_for_each_start_and_measure(tmp_path: Path, assay: str) -> None:
     assays = {assay: {LEARNER: make_fork(runs=6)}}
-    rows = tabulate_fork(evaluate_assays(assays))
+    rows = tabulate_effects(evaluate_assays(assays), TABLE)
     assert len(rows) == 2 * len(MEASURES)
     last = rows[-1]
     assert last["condition"] == LEARNER
