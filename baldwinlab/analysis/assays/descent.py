@@ -59,7 +59,7 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)
-    draw_legend(figure, styles, {condition.learner for condition in factors.values()})
+    draw_legend(figure, styles, stored)
     return figure
 
 

@@ -1,10 +1,10 @@
-"""Panels of the figures of assays: grids, curves, axes and legends."""
+"""Panels of the figures of assays: grids, curves, axes and legends, and the data of figures."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -78,6 +78,13 @@ def draw_curve(
     )
 
 
+def tabulate_median(values: xr.DataArray) -> list[dict[str, Any]]:
+    """Return the data of a figure: the median over runs with its interval, by the coordinates."""
+    interval = interval_of_median(values)
+    numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
+    return [*xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")]
+
+
 def start_at_zero(axes: Axes) -> None:
     """Let the vertical axis start slightly below 0."""
     top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
@@ -102,8 +109,11 @@ def list_handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(handles.values())
 
 
-def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set[str]) -> None:
-    """Draw a legend of the learners in a figure."""
+def draw_legend(
+    figure: Figure, styles: Mapping[str, SeriesStyle], stored: Mapping[str, xr.Dataset]
+) -> None:
+    """Draw a legend of the learners of some conditions."""
+    learners = {read_factors(data).learner for data in stored.values()}
     handles = [
         figure.axes[0].plot(
             [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner

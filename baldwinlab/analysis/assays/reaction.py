@@ -71,7 +71,7 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     for axes, map_name in zip(grid[0], maps, strict=True):
         title = f"Evolved on map {map_name}" if map_name else ""
         axes.set_title(title, loc="left", fontweight="bold")
-    draw_legend(figure, styles, {condition.learner for condition in factors.values()})
+    draw_legend(figure, styles, stored)
     return figure
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
+
+import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays import sentences
@@ -17,12 +19,15 @@ from baldwinlab.analysis.assays.analysis import (
 )
 from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.section_figures import draw_assay_figures
-from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.report.embedding import save_and_inline
+from baldwinlab.analysis.assays.panels import tabulate_median
+from baldwinlab.analysis.assays.phrases import fill_terms
+from baldwinlab.analysis.assays.values import Assays, parse_experiments
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.texts import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
@@ -114,6 +119,48 @@ def _summarize(analysis: Analysis) -> str:
         for condition, headline in _compose_headlines(analysis).values()
     ]
     return " ".join(filter(None, [*texts, analysis.too_few]))
+
+
+def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFigure]:
+    """Draw the figures of the stored assays, in the order of the report."""
+    unit = name_food_outcome(list(parse_experiments(assays).values()))
+    for assay, evaluation in load_evaluations().items():
+        stored = assays.get(assay, {})
+        names = [result.condition for result in analysis.results if result.condition in stored]
+        for figure in evaluation.figures if names else ():
+            medians = "; ".join(
+                f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
+            )
+            yield ReportFigure(
+                name=f"baldwin-{figure.name}",
+                title=figure.title,
+                caption=fill_terms(figure.caption, analysis.terms),
+                alternative=f"{figure.title}. Medians over runs: {medians}.",
+                figure=figure.draw(assays, names, unit),
+                table=_tabulate_medians(stored),
+                commands=(f"baldwinlab assay . --assays {assay}",),
+            )
+
+
+def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
+    """Return the data of a figure: medians over runs with their intervals, by condition."""
+    return [
+        {"condition": condition, "quantity": name, **row}
+        for condition, data in datasets.items()
+        for name, values in data.data_vars.items()
+        for row in tabulate_median(values.mean("agent") if "agent" in values.dims else values)
+    ]
+
+
+def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    numbers = [number for number in analysis.numbers if number.condition == condition]
+    texts = [
+        f"{name_measure(number.measure, analysis.terms)}, {number.when}, "
+        f"{format_number(number.median)}"
+        for number in numbers
+        if number.measure in measures
+    ]
+    return ", ".join(texts)
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:

@@ -22,6 +22,7 @@ from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import innate
+from baldwinlab.studies.assays.assay import LIFE_KINDS, Sample
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import (
     BRANCH_GENERATIONS,
@@ -30,7 +31,6 @@ from baldwinlab.studies.assays.fork import (
     REGIMES,
     Fork,
 )
-from baldwinlab.studies.assays.sample import LIFE_KINDS, Sample
 
 # Number of intervals between the measured generations.
 N_INTERVALS = 20

@@ -17,20 +17,22 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.mutants import make_single_mutants
 from baldwinlab.evolution.neat.operators import genome_part
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
-from baldwinlab.studies.assays.sample import (
+from baldwinlab.studies.assays.assay import (
     LIFE_KINDS,
     OFF,
     ON,
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
     Conditions,
     Energy,
     Sample,
+    declare_fitness,
     first_middle_last,
 )
 
@@ -64,7 +66,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_generations * n_life_kinds * (len(WORLDS) + count_mutants(experiment))
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` and `mutant_energy`.
 
     `energy` has the dimensions [run, generation, life, world, agent], and `mutant_energy` [run,
@@ -130,12 +132,13 @@ def _simulate(
     return np.stack(fitness)
 
 
-def find_genome_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_genome_obstacle(experiment: BaseExperiment) -> str:
     """Refuse graph genomes."""
     if not genome_part(experiment).has_graph_genomes:
         return ""
     return (
-        f"mutates one gene, and a mutation of the graph genomes of {condition} can change several"
+        f"mutates one gene, and a mutation of the graph genomes of {experiment.name} can change "
+        "several"
     )
 
 

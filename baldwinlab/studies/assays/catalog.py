@@ -8,7 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays.assay import Assay
 from baldwinlab.studies.records import StudyError
@@ -53,15 +52,10 @@ def list_default_assays() -> tuple[str, ...]:
     return tuple(name for name, assay in load_assays().items() if assay.is_default)
 
 
-def why_not_applicable(name: str, condition: str, experiments: Mapping[str, BaseExperiment]) -> str:
-    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
-    return get_assay(name).find_obstacle(condition, experiments[condition])
-
-
 def why_not_in_study(name: str, study: StudyStore, condition: str) -> str:
     """Return why an assay cannot measure the stored runs of a condition; "" if it can."""
     assay = get_assay(name)
-    obstacle = assay.find_obstacle(condition, study.experiments[condition])
+    obstacle = assay.find_obstacle(study.experiments[condition])
     if obstacle or not assay.uses_control:
         return obstacle
     control = find_control(condition, study.experiments)

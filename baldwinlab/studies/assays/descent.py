@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.assay import Assay
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import Arrays, Assay, Conditions, Sample
 
 # Maximum number of founders in a matrix of shares, which limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024
@@ -37,7 +36,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return 0
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Compute `common_ancestor_age` and `effective_ancestors` [run, generation].
 
     The values are NaN if agents inherit no genome.

@@ -17,15 +17,20 @@ from itertools import product
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.simulation.branch import Branch, evolve_genomes
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Default length of a branch, in generations.
 BRANCH_GENERATIONS: Final = 20
@@ -72,7 +77,7 @@ class Fork:
         lives_of_history = len(REGIMES) * branch_lives + 1
         return lives_of_control + len(HISTORIES) * lives_of_history
 
-    def measure(self, sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    def measure(self, sample: Sample) -> Arrays:
         """Measure `innate_fitness` and `fitness` [run, generation, history, regime, agent]."""
         start = sample.experiment.evolution.generations - 1
         control = sample.control or simulate_control(sample)
@@ -159,7 +164,7 @@ def copy_mode(population: Genome) -> Genome:
     return np.ascontiguousarray(np.broadcast_to(mode, population.shape))
 
 
-def find_evolution_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_evolution_obstacle(experiment: BaseExperiment) -> str:
     """Refuse conditions without learning or without inherited genomes."""
     if not experiment.learns:
         return "needs a condition that learns"

@@ -21,20 +21,19 @@ import numpy.typing as npt
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.assay import (
-    Assay,
-    declare_fitness,
-    find_archive_obstacle,
-    find_birth_obstacle,
-    find_species_obstacle,
-)
-from baldwinlab.studies.assays.sample import (
     DRIFT,
     FROZEN,
     LIFE_KINDS,
     OFF,
     ON,
+    Arrays,
+    Assay,
     Conditions,
     Sample,
+    declare_fitness,
+    find_archive_obstacle,
+    find_birth_obstacle,
+    find_species_obstacle,
 )
 
 AnyExperiment = TypeVar("AnyExperiment", bound=BaseExperiment)
@@ -60,14 +59,12 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_lives + len(drift_generations(experiment))
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` and `distance` in the assayed generations."""
     return measure_generations(sample, assayed_generations(sample.experiment))
 
 
-def measure_generations(
-    sample: Sample, generations: Sequence[int]
-) -> Mapping[str, npt.NDArray[Any]]:
+def measure_generations(sample: Sample, generations: Sequence[int]) -> Arrays:
     """Measure `energy` and `distance` in the given generations.
 
     `energy` has the dimensions [run, generation, life, agent], and `distance` [run, generation,
@@ -189,9 +186,9 @@ def weight_distances(
     return distances
 
 
-def find_fitness_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_fitness_obstacle(experiment: BaseExperiment) -> str:
     """Refuse a fitness that a simulation cannot repeat. Without learning, nothing is simulated."""
-    return find_archive_obstacle(condition, experiment) if experiment.learns else ""
+    return find_archive_obstacle(experiment) if experiment.learns else ""
 
 
 def list_variants(experiment: BaseExperiment) -> Iterator[BaseExperiment]:

@@ -12,8 +12,8 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
+from baldwinlab.studies.assays.assay import Conditions
 from baldwinlab.studies.assays.catalog import get_assay, get_assays, load_assays
-from baldwinlab.studies.assays.sample import Conditions
 
 # Bytes of a file in addition to its variables and its experiment.
 HEADER_BYTES: Final = 1000
@@ -37,9 +37,7 @@ class PlannedStudy(NamedTuple):
         """Return the names of the applicable assays of each condition."""
         return {
             condition: [
-                assay.name
-                for assay in get_assays(assays)
-                if not assay.find_obstacle(condition, experiment)
+                assay.name for assay in get_assays(assays) if not assay.find_obstacle(experiment)
             ]
             for condition, experiment in self.experiments.items()
         }

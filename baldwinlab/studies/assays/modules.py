@@ -6,12 +6,17 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.evolution import Genome
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 MODULE_COMBINATIONS = (
     "both evolved",
@@ -29,7 +34,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return len(MODULE_COMBINATIONS)
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, modules, agent].
 
     In all cases, an agent has the same initial position and the same random modules.
@@ -55,7 +60,7 @@ def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
     return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)
 
 
-def find_module_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_module_obstacle(experiment: BaseExperiment) -> str:
     """Refuse agents without a reinforcement module."""
     if "reinforcement" in experiment.modules:
         return ""

@@ -25,8 +25,17 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
-from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
-from baldwinlab.studies.assays.sample import LIFE_KINDS, OFF, ON, Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    LIFE_KINDS,
+    OFF,
+    ON,
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Maximum number of compared generations. A single generation depends on initial positions.
 MAX_GENERATIONS = 10
@@ -56,7 +65,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_lives
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, generation, newborns, life, agent].
 
     The energy with learning on is NaN if agents do not learn.
@@ -138,7 +147,7 @@ def _inherits_learned(experiment: BaseExperiment) -> bool:
     )
 
 
-def find_selection_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_selection_obstacle(experiment: BaseExperiment) -> str:
     """Refuse conditions without inherited genomes or without selection."""
     if experiment.evolution.inheritance == "none":
         return "measures effects of selection, which needs inherited genomes"

@@ -20,18 +20,19 @@ from itertools import product
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.studies.assays.assay import (
+    Arrays,
     Assay,
+    Conditions,
+    Sample,
     declare_fitness,
     find_archive_obstacle,
     find_birth_obstacle,
     find_model_obstacle,
 )
-from baldwinlab.studies.assays.sample import Conditions, Sample
 
 N_GENERATIONS: Final = 5
 """Maximum number of generations of each species that meet."""
@@ -55,7 +56,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return 1 + n_generations**2 * N_WORLDS
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, first generation, second generation, species]."""
     generations = assayed_generations(sample.experiment)
     genomes = [sample.genomes(generation) for generation in generations]
@@ -87,7 +88,7 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
     return sorted({*stored, last_generation})
 
 
-def find_opponent_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_opponent_obstacle(experiment: BaseExperiment) -> str:
     """Refuse conditions without two species that evolve separately."""
     is_separate = experiment.evolution.compete != ACROSS
     if len(experiment.population.species) == 2 and is_separate:

@@ -6,19 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.assay import (
     SIMULATION_OBSTACLES,
+    Arrays,
     Assay,
-    declare_fitness,
-    find_model_obstacle,
-)
-from baldwinlab.studies.assays.sample import (
     Conditions,
     OnMap,
     Sample,
+    declare_fitness,
+    find_model_obstacle,
     list_other_maps,
     select_last_settings,
 )
@@ -52,7 +50,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return len(list_settings(study.experiments[condition], list_other_maps(study, condition)))
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, setting, agent]."""
     last_generation = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last_generation)

@@ -15,12 +15,17 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.studies.assays.assay import SIMULATION_OBSTACLES, Assay, declare_fitness
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Number of generations at equal distances, from the first to the last.
 N_GENERATIONS: Final = 4
@@ -42,7 +47,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     )
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, generation, factor, agent].
 
     The energy is NaN for a factor whose amount of learning is not valid.
@@ -96,14 +101,14 @@ def learning_amount(experiment: BaseExperiment) -> tuple[str, str]:
     return table_name(experiment.model), experiment.model_part.learning_amount
 
 
-def find_learning_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_learning_obstacle(experiment: BaseExperiment) -> str:
     """Refuse conditions without an amount of learning."""
     if not experiment.learns:
         return "needs a condition that learns"
     if not learning_amount(experiment)[1]:
         return (
             f"scales a learning rate or a number of trials, and the model {experiment.model} of "
-            f"{condition} declares none"
+            f"{experiment.name} declares none"
         )
     return ""
 

@@ -18,11 +18,13 @@ import numpy.typing as npt
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.assay import (
     SIMULATION_OBSTACLES,
+    Arrays,
     Assay,
+    Conditions,
+    Sample,
     declare_fitness,
     find_model_obstacle,
 )
-from baldwinlab.studies.assays.sample import Conditions, Sample
 
 UNSEEN_MAPS: Final = "unseen-maps"
 """Name of the assay."""
@@ -65,7 +67,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return N_LIVES
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, map]: the mean over the agents of the last generation."""
     n_generations = sample.experiment.evolution.generations
     genomes = sample.genomes(n_generations - 1)
@@ -167,10 +169,10 @@ def _move(edges: Sequence[float], shift: int) -> list[float]:
     return [edge + shift for edge in edges]
 
 
-def find_food_obstacle(condition: str, experiment: BaseExperiment) -> str:
+def find_food_obstacle(experiment: BaseExperiment) -> str:
     """Refuse maps without food."""
     is_empty = isinstance(experiment, Experiment) and not experiment.world.food
-    return f"needs a map with food, and {condition} has none" if is_empty else ""
+    return f"needs a map with food, and {experiment.name} has none" if is_empty else ""
 
 
 ASSAYS: Final = (

@@ -15,12 +15,15 @@ from baldwinlab.simulation import memory
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.assays.assay import (
+    Arrays,
     Assay,
+    Conditions,
+    Sample,
     find_birth_obstacle,
     find_model_obstacle,
     find_species_obstacle,
+    first_middle_last,
 )
-from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
 
 # Length of a window of the lifetime, in steps; the last window can be shorter.
 WINDOW_STEPS = 250
@@ -46,7 +49,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_random + len(generations)
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `eaten_in_window` [run, newborns, window, agent] and `first_meal`.
 
     `first_meal` [run, newborns, agent] is the step of the first meal, NaN without one.

@@ -10,10 +10,10 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.opponents import ASSAYS, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import read_records
@@ -139,6 +139,6 @@ def _with_third_species() -> Experiment:
     ],
 )
 def test_the_assay_needs_two_species_in_a_world(experiment: Experiment, reason: str) -> None:
-    actual = why_not_applicable(OPPONENTS, experiment.name, {experiment.name: experiment})
+    actual = get_assay(OPPONENTS).find_obstacle(experiment)
     assert actual.startswith(reason)
     assert bool(actual) == bool(reason)

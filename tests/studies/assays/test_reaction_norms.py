@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.reaction_norms import (
     LEARNING_FACTORS,
     assayed_generations,
@@ -97,6 +97,4 @@ def test_an_invalid_amount_of_learning_has_no_fitness(tmp_path: Path) -> None:
 )
 def test_conditions_without_an_amount_of_learning_are_refused(condition: str, reason: str) -> None:
     experiment = bl.load(condition)
-    assert re.search(
-        reason, why_not_applicable("reaction-norms", condition, {condition: experiment})
-    )
+    assert re.search(reason, get_assay("reaction-norms").find_obstacle(experiment))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from baldwinlab.studies.assays.assay import FROZEN, ON, Sample
 from baldwinlab.studies.assays.catalog import get_assay
-from baldwinlab.studies.assays.sample import FROZEN, ON, Sample
 from tests.small_studies import make_small_study, shorten_preset
 
 N_AGENTS = 6

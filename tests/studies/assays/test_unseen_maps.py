@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.assays.unseen_maps import (
     ASSAYS,
@@ -124,5 +124,5 @@ def test_the_assay_needs_a_map_with_food() -> None:
         (hungry, "the assay unseen-maps needs a map with food, and evo/A has none"),
         (load("hinton-nowlan-1987:guessing"), "the assay unseen-maps needs the model miniworld"),
     ):
-        actual = why_not_applicable(UNSEEN_MAPS, experiment.name, {experiment.name: experiment})
+        actual = get_assay(UNSEEN_MAPS).find_obstacle(experiment)
         assert actual.startswith(reason) and bool(actual) == bool(reason)
