@@ -95,10 +95,10 @@ def name_quantity(effect: str, measure: str) -> str:
 TABLE: Final = EffectTable(
     title="Effects of single mutations and of a new world",
     explanation=(
-        "An effect is the fitness of an agent minus its fitness with one mutation, or in a "
-        "new world. The loss is the mean effect, and the sensitivity is the root mean "
-        "square effect. The unit is the standard deviation of fitness among the agents, "
-        "over all generations and kinds of life. Canalization lowers the sensitivity."
+        "An effect is the fitness of an agent minus its fitness with one mutation, or in a new "
+        "world. The loss is the mean effect, and the sensitivity is the root mean square effect. "
+        "The unit is the standard deviation of fitness among the agents, over all generations and "
+        "kinds of life. Canalization lowers the sensitivity."
     ),
     time="Time",
     columns=EFFECTS,
@@ -107,11 +107,9 @@ TABLE: Final = EffectTable(
         for name in FITNESS_BY_LIFE.values()
     },
 )
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="canalization",
-        order=80,
-        compute_quantities=compute_quantities,
-        table=TABLE,
-    ),
+EVALUATION: Final = Evaluation(
+    assay="canalization",
+    order=80,
+    compute_quantities=compute_quantities,
+    table=TABLE,
 )

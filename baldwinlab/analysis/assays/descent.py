@@ -20,7 +20,7 @@ from baldwinlab.analysis.assays.panels import (
     start_at_zero,
     style_learners,
 )
-from baldwinlab.analysis.assays.values import Assays, read_factors
+from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
 
 
@@ -31,18 +31,16 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 @styled
-def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the age of the last common ancestor, and the effective number of founders.
 
     The figure has two panels per map.
     """
     stored = {
-        name: data
-        for name, data in assays["descent"].items()
-        if data["effective_ancestors"].notnull().any()
+        name: data for name, data in stored.items() if data["effective_ancestors"].notnull().any()
     }
     factors = {name: read_factors(data) for name, data in stored.items()}
-    styles = style_learners(assays)
+    styles = style_learners(stored)
     maps = list(dict.fromkeys(condition.map for condition in factors.values()))
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
@@ -63,26 +61,23 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="descent",
-        order=60,
-        compute_quantities=compute_quantities,
-        measure_names={
-            "common ancestor age": "generations since the last common ancestor",
-        },
-        figures=(
-            AssayFigure(
-                name="descent",
-                title="Common descent",
-                caption=(
-                    "Left: generations since the last common ancestor of all agents. Right: "
-                    "effective number of founders in the gene pool (1 / sum of squared shares)."
-                    f" {BANDS_NOTE}"
-                ),
-                draw=draw_descent,
-                measures=("common ancestor age", "effective ancestors"),
+EVALUATION: Final = Evaluation(
+    assay="descent",
+    order=60,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "common ancestor age": "generations since the last common ancestor",
+    },
+    figures=(
+        AssayFigure(
+            name="descent",
+            title="Common descent",
+            caption=(
+                "Left: generations since the last common ancestor of all agents. Right: effective "
+                f"number of founders in the gene pool (1 / sum of squared shares). {BANDS_NOTE}"
             ),
+            draw=draw_descent,
+            measures=("common ancestor age", "effective ancestors"),
         ),
     ),
 )

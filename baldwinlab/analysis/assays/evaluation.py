@@ -1,7 +1,7 @@
 """Declaration of the evaluation of an assay: its quantities and its part of the report.
 
-A module of this package with an `Evaluation` in `EVALUATIONS` is found here. An assay without one
-is stored, and not shown.
+The evaluations in the modules of this package are found here. An assay without one is stored, and
+not shown.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import xarray as xr
 
 from baldwinlab.analysis.assays.phrases import Terms, fill_terms
-from baldwinlab.analysis.assays.values import Assays, Quantity
+from baldwinlab.analysis.assays.values import Assays, Quantity, Stored
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +39,8 @@ class AssayFigure(NamedTuple):
     title: str
     # It may contain the placeholders of `Terms`, as the names of measures may.
     caption: str
-    # Draws the assays of some conditions, with the label of fitness.
-    draw: Callable[[Assays, Sequence[str], str], Figure]
+    # Draws conditions by name, with the label of fitness.
+    draw: Callable[[Stored, Sequence[str], str], Figure]
     # Measures in the alternative text.
     measures: Sequence[str]
 
@@ -72,7 +72,7 @@ class Evaluation:
     figures: Sequence[AssayFigure] = ()
     table: EffectTable | None = None
     # Makes a section of its own from the datasets by condition, and saves figures in a folder.
-    make_section: Callable[[Mapping[str, xr.Dataset], Path], Section] | None = None
+    make_section: Callable[[Stored, Path], Section] | None = None
 
 
 @cache
@@ -82,7 +82,12 @@ def load_evaluations() -> Mapping[str, Evaluation]:
         import_module(f"{__package__}.{module.name}")
         for module in iter_modules([str(Path(__file__).parent)])
     ]
-    declared = [entry for module in modules for entry in getattr(module, "EVALUATIONS", ())]
+    declared = [
+        value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, Evaluation)
+    ]
     declared.sort(key=lambda evaluation: evaluation.order)
     return {evaluation.assay: evaluation for evaluation in declared}
 

@@ -70,12 +70,12 @@ def compute_mode_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityVal
 TABLE: Final = EffectTable(
     title="Further evolution with learning on and off",
     explanation=(
-        "The fork assay evolves stored generations of the condition and of its no-learning "
-        "control further, with learning on and with learning off. The effect of the history is "
-        "the condition minus the control. The effect of the regime is learning on minus "
-        "learning off. A history above 0 means that evolution with learning has led to better "
-        "genomes. A regime below 0 means that learning now hides genetic differences, and "
-        "above 0 that it guides selection."
+        "The fork assay evolves stored generations of the condition and of its no-learning control "
+        "further, with learning on and with learning off. The effect of the history is the "
+        "condition minus the control. The effect of the regime is learning on minus learning off. "
+        "A history above 0 means that evolution with learning has led to better genomes. A regime "
+        "below 0 means that learning now hides genetic differences, and above 0 that it guides "
+        "selection."
     ),
     time="Start",
     columns=EFFECTS,
@@ -94,4 +94,3 @@ FORK: Final = Evaluation(
 FORK_MODE: Final = Evaluation(
     assay="fork-mode", order=100, compute_quantities=compute_mode_quantities
 )
-EVALUATIONS: Final = (FORK, FORK_MODE)

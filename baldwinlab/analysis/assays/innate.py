@@ -23,7 +23,7 @@ from baldwinlab.analysis.assays.panels import (
     start_at_zero,
 )
 from baldwinlab.analysis.assays.values import (
-    Assays,
+    Stored,
     compute_share,
     split_windows,
     weight_distances,
@@ -82,15 +82,15 @@ def compute_neutral_quantities(data: xr.Dataset, last: int) -> Iterator[Quantity
 
 
 @styled
-def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of each kind of life, and its ratio to the fitness with learning.
 
     The figure has two panels per condition: the fitness by generation (top) and its ratio to the
     fitness with learning (bottom).
     """
-    figure, grid = make_grid(assays["innate"], names, rows=2, height=2.4)
+    figure, grid = make_grid(stored, names, rows=2, height=2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
-        fitness = assays["innate"][name]["energy"].mean("agent")
+        fitness = stored[name]["energy"].mean("agent")
         for life, style in LIFE_STYLES.items():
             draw_curve(top, fitness.sel(life=life), style, LIFE_NAMES[life])
         fitness_with_learning = fitness.sel(life="on")
@@ -109,17 +109,17 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
 
 
 @styled
-def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the gain from learning, and the distance that learning moves the weights of a layer.
 
     The figure has one panel per condition, and a second one if a model has weights.
     """
-    distances = {name: weight_distances(assays["innate"][name]) for name in names}
+    distances = {name: weight_distances(stored[name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1
-    figure, grid = make_grid(assays["innate"], names, rows=n_rows, height=2.2)
+    figure, grid = make_grid(stored, names, rows=n_rows, height=2.2)
     for panels, name in zip(grid, names, strict=True):
-        fitness = assays["innate"][name]["energy"].mean("agent")
+        fitness = stored[name]["energy"].mean("agent")
         gain = fitness.sel(life="on") - fitness.sel(life="off")
         top = panels[0]
         draw_curve(top, gain, LIFE_STYLES["on"], "")
@@ -206,4 +206,3 @@ NEUTRAL: Final = Evaluation(
         "gain, neutral assay": "gain from learning, assay neutral",
     },
 )
-EVALUATIONS: Final = (INNATE, NEUTRAL)

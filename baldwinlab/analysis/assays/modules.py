@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import AssayFigure, Evaluation, QuantityValues
 from baldwinlab.analysis.assays.panels import make_grid
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.values import Stored
 from baldwinlab.analysis.figures.style import BLACK, GRAY, spread_points, styled
 
 # Vertical spread of the points of a kind of modules, and half of its median line, in rows.
@@ -25,15 +25,15 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 @styled
-def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_modules(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of agents with evolved and with random modules, with one point per run.
 
     The figure has one panel per condition. A line is the median.
     """
-    figure, grid = make_grid(assays["modules"], names, rows=1, height=2.3)
+    figure, grid = make_grid(stored, names, rows=1, height=2.3)
     for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
         axes = panels[0]
-        data = assays["modules"][name]
+        data = stored[name]
         kinds = [str(kind) for kind in data["modules"].values]
         for row, kind in enumerate(kinds):
             fitness = data["energy"].sel(modules=kind).mean("agent").values
@@ -59,26 +59,24 @@ def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="modules",
-        order=40,
-        compute_quantities=compute_quantities,
-        measure_names={
-            "modules": "fitness with these modules",
-        },
-        figures=(
-            AssayFigure(
-                name="modules",
-                title="Fitness with evolved and random modules",
-                caption=(
-                    "Agents of the last generation with both evolved modules, with one of them "
-                    "replaced by a random module, and with two random modules. Each point is a "
-                    "run, and the line is the median."
-                ),
-                draw=draw_modules,
-                measures=("modules",),
+EVALUATION: Final = Evaluation(
+    assay="modules",
+    order=40,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "modules": "fitness with these modules",
+    },
+    figures=(
+        AssayFigure(
+            name="modules",
+            title="Fitness with evolved and random modules",
+            caption=(
+                "Agents of the last generation with both evolved modules, with one of them "
+                "replaced by a random module, and with two random modules. Each point is a run, "
+                "and the line is the median."
             ),
+            draw=draw_modules,
+            measures=("modules",),
         ),
     ),
 )

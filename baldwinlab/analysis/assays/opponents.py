@@ -241,4 +241,4 @@ def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]
     ]
 
 
-EVALUATIONS: Final = (Evaluation(assay=OPPONENTS, order=110, make_section=make_section),)
+EVALUATION: Final = Evaluation(assay=OPPONENTS, order=110, make_section=make_section)

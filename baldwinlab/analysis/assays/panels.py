@@ -12,7 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import Assays, read_factors
+from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     LINE_STYLES,
@@ -33,7 +33,7 @@ MAX_MARKERS: Final = 8
 
 
 def make_grid(
-    data: Mapping[str, xr.Dataset], names: Sequence[str], rows: int, height: float
+    data: Stored, names: Sequence[str], rows: int, height: float
 ) -> tuple[Figure, np.ndarray]:
     """Return a figure and its panels (condition, row), with two conditions next to each other.
 
@@ -109,9 +109,7 @@ def list_handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(handles.values())
 
 
-def draw_legend(
-    figure: Figure, styles: Mapping[str, SeriesStyle], stored: Mapping[str, xr.Dataset]
-) -> None:
+def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], stored: Stored) -> None:
     """Draw a legend of the learners of some conditions."""
     learners = {read_factors(data).learner for data in stored.values()}
     handles = [
@@ -124,11 +122,10 @@ def draw_legend(
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
 
 
-def style_learners(assays: Assays) -> dict[str, SeriesStyle]:
+def style_learners(stored: Stored) -> dict[str, SeriesStyle]:
     """Return the style of each learner, which is the same in all figures of the study."""
-    datasets = [data for assay in assays.values() for data in assay.values()]
-    learners = [name for data in datasets for name in data.attrs.get("learners", ())]
-    learners += [read_factors(data).learner for data in datasets]
+    learners = [name for data in stored.values() for name in data.attrs.get("learners", ())]
+    learners += [read_factors(data).learner for data in stored.values()]
     return {
         name: choose_style(learner_index)
         for learner_index, name in enumerate(dict.fromkeys(learners))

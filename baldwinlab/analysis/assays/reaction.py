@@ -21,7 +21,7 @@ from baldwinlab.analysis.assays.panels import (
     style_learners,
 )
 from baldwinlab.analysis.assays.reaction_panels import UNCHANGED_SETTING, make_reaction_panels
-from baldwinlab.analysis.assays.values import Assays, compute_share, read_factors
+from baldwinlab.analysis.assays.values import Stored, compute_share, read_factors
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 
 
@@ -45,15 +45,14 @@ def name_setting(field: str, value: str) -> str:
 
 
 @styled
-def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of the last generation in changed settings.
 
     The figure has one row per setting, one column per map, one line per condition.
     """
-    stored = assays["reaction"]
     panels = make_reaction_panels(stored)
     factors = {name: read_factors(data) for name, data in stored.items()}
-    styles = style_learners(assays)
+    styles = style_learners(stored)
     maps = list(dict.fromkeys(panel.map for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
@@ -75,26 +74,24 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     return figure
 
 
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="reaction",
-        order=50,
-        compute_quantities=compute_quantities,
-        measure_names={
-            "setting": "fitness in this setting",
-            "setting, relative": "fitness relative to the setting of evolution",
-        },
-        figures=(
-            AssayFigure(
-                name="reaction-norms",
-                title="Reaction norms",
-                caption=(
-                    "Fitness of the last generation in changed settings, one setting at a time. "
-                    f"The setting of evolution is in parentheses. {BANDS_NOTE}"
-                ),
-                draw=draw_reaction_norms,
-                measures=("setting",),
+EVALUATION: Final = Evaluation(
+    assay="reaction",
+    order=50,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "setting": "fitness in this setting",
+        "setting, relative": "fitness relative to the setting of evolution",
+    },
+    figures=(
+        AssayFigure(
+            name="reaction-norms",
+            title="Reaction norms",
+            caption=(
+                "Fitness of the last generation in changed settings, one setting at a time. The "
+                f"setting of evolution is in parentheses. {BANDS_NOTE}"
             ),
+            draw=draw_reaction_norms,
+            measures=("setting",),
         ),
     ),
 )

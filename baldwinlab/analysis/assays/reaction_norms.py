@@ -30,7 +30,7 @@ from baldwinlab.analysis.assays.panels import (
     list_handles,
     make_grid,
 )
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.values import Stored
 from baldwinlab.analysis.figures.style import styled
 
 QUANTITY_PREFIX: Final = "reaction norm: "
@@ -78,14 +78,14 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 @styled
-def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw fitness by the multiple of the amount of learning.
 
     The figure has one panel per condition, one line per generation.
     """
-    figure, grid = make_grid(assays["reaction-norms"], names, rows=1, height=2.3)
+    figure, grid = make_grid(stored, names, rows=1, height=2.3)
     for (axes,), name in zip(grid, names, strict=True):
-        data = assays["reaction-norms"][name]
+        data = stored[name]
         fitness = data["energy"].mean("agent")
         labels = [f"{factor:g}" for factor in data["factor"].values]
         # Factors are powers of 2 except 0, so that their order is their position.
@@ -104,33 +104,31 @@ def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
 TABLE: Final = EffectTable(
     title="Reaction norms over learning",
     explanation=(
-        "The intercept is the fitness without learning. The slope is the fitness with the "
-        "learning of the study minus the intercept. In genetic assimilation, the intercept "
-        "rises and the slope falls."
+        "The intercept is the fitness without learning. The slope is the fitness with the learning "
+        "of the study minus the intercept. In genetic assimilation, the intercept rises and the "
+        "slope falls."
     ),
     time="Time",
     columns=PARAMETERS,
     measures={"fitness": MEASURES},
 )
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="reaction-norms",
-        order=70,
-        compute_quantities=compute_quantities,
-        figures=(
-            AssayFigure(
-                name="learning-norms",
-                title="Reaction norms over learning",
-                caption=(
-                    "Fitness of the average agent of four generations, by the multiple of the "
-                    "learning rate, or of the setting that the model declares. 0 is learning off, "
-                    "and 1 is the setting of the study. Genetic assimilation raises the fitness at "
-                    f"0 and makes the line flat. {BANDS_NOTE}"
-                ),
-                draw=draw_norms,
-                measures=MEASURES,
+EVALUATION: Final = Evaluation(
+    assay="reaction-norms",
+    order=70,
+    compute_quantities=compute_quantities,
+    figures=(
+        AssayFigure(
+            name="learning-norms",
+            title="Reaction norms over learning",
+            caption=(
+                "Fitness of the average agent of four generations, by the multiple of the learning "
+                "rate, or of the setting that the model declares. 0 is learning off, and 1 is the "
+                "setting of the study. Genetic assimilation raises the fitness at 0 and makes the "
+                f"line flat. {BANDS_NOTE}"
             ),
+            draw=draw_norms,
+            measures=MEASURES,
         ),
-        table=TABLE,
     ),
+    table=TABLE,
 )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
-
-import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays import sentences
@@ -21,7 +19,7 @@ from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
 from baldwinlab.analysis.assays.panels import tabulate_median
 from baldwinlab.analysis.assays.phrases import fill_terms
-from baldwinlab.analysis.assays.values import Assays, parse_experiments
+from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
@@ -136,13 +134,13 @@ def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFig
                 title=figure.title,
                 caption=fill_terms(figure.caption, analysis.terms),
                 alternative=f"{figure.title}. Medians over runs: {medians}.",
-                figure=figure.draw(assays, names, unit),
+                figure=figure.draw(stored, names, unit),
                 table=_tabulate_medians(stored),
                 commands=(f"baldwinlab assay . --assays {assay}",),
             )
 
 
-def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
+def _tabulate_medians(datasets: Stored) -> list[dict[str, Any]]:
     """Return the data of a figure: medians over runs with their intervals, by condition."""
     return [
         {"condition": condition, "quantity": name, **row}

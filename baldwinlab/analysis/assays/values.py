@@ -17,8 +17,9 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
-# Datasets by assay and condition.
-Assays = Mapping[str, Mapping[str, xr.Dataset]]
+# Datasets of an assay by condition, and of all assays by name.
+Stored = Mapping[str, xr.Dataset]
+Assays = Mapping[str, Stored]
 # A measure with its time or its agents, such as ("off", "last") or ("first meal", "evolved").
 Quantity = tuple[str, str]
 # The stored name of newborns with random genomes.

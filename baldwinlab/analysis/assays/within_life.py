@@ -24,7 +24,7 @@ from baldwinlab.analysis.assays.panels import (
     make_grid,
     start_at_zero,
 )
-from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, Assays, parse_generation
+from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, Stored, parse_generation
 from baldwinlab.analysis.figures.style import SeriesStyle, styled
 from baldwinlab.experiment.toml import from_toml
 
@@ -67,14 +67,14 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 @styled
-def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+def draw_within_life(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the items eaten by step of a lifetime, and the share of agents with a first meal.
 
     `unit`: label of fitness. Not used. The figure has two panels per condition.
     """
-    figure, grid = make_grid(assays["within-life"], names, rows=2, height=2.3)
+    figure, grid = make_grid(stored, names, rows=2, height=2.3)
     for (top, bottom), name in zip(grid, names, strict=True):
-        data = assays["within-life"][name]
+        data = stored[name]
         n_steps = count_steps(data)
         for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
             selected = data.sel(newborns=newborns)
@@ -125,30 +125,28 @@ def _compute_meal_rate(eaten: xr.DataArray, n_steps: int) -> xr.DataArray:
     return (eaten * RATE_STEPS / widths).assign_coords(window=(starts + ends) / 2)
 
 
-EVALUATIONS: Final = (
-    Evaluation(
-        assay="within-life",
-        order=30,
-        compute_quantities=compute_quantities,
-        measure_names={
-            "first meal": "steps to the first meal",
-            "ever ate": "share of agents that eat",
-            "eaten in life": "items eaten in a lifetime",
-            "eaten in the first part of life": "items eaten in the first part of a lifetime",
-            "eaten in the last part of life": "items eaten in the last part of a lifetime",
-        },
-        figures=(
-            AssayFigure(
-                name="within-life",
-                title="Behavior within a lifetime",
-                caption=(
-                    "Newborns of several generations, and random genomes that also learn. Top: "
-                    "items that an agent eats in 100 steps, by step of its lifetime. Bottom: share "
-                    f"of the agents of all runs that have had their first meal. {BANDS_NOTE}"
-                ),
-                draw=draw_within_life,
-                measures=("eaten in life", "first meal"),
+EVALUATION: Final = Evaluation(
+    assay="within-life",
+    order=30,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "first meal": "steps to the first meal",
+        "ever ate": "share of agents that eat",
+        "eaten in life": "items eaten in a lifetime",
+        "eaten in the first part of life": "items eaten in the first part of a lifetime",
+        "eaten in the last part of life": "items eaten in the last part of a lifetime",
+    },
+    figures=(
+        AssayFigure(
+            name="within-life",
+            title="Behavior within a lifetime",
+            caption=(
+                "Newborns of several generations, and random genomes that also learn. Top: items "
+                "that an agent eats in 100 steps, by step of its lifetime. Bottom: share of the "
+                f"agents of all runs that have had their first meal. {BANDS_NOTE}"
             ),
+            draw=draw_within_life,
+            measures=("eaten in life", "first meal"),
         ),
     ),
 )

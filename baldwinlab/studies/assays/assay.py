@@ -1,6 +1,6 @@
 """Declaration of an assay, the sample of stored runs that it measures, and shared obstacles.
 
-An assay is a module of this package with an `Assay` in `ASSAYS`; `catalog` finds it.
+An assay is a module of this package that declares an `Assay`; `catalog` finds it.
 """
 
 from __future__ import annotations

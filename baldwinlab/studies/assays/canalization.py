@@ -142,24 +142,21 @@ def find_genome_obstacle(experiment: BaseExperiment) -> str:
     )
 
 
-ASSAYS: Final = (
-    Assay(
-        name="canalization",
-        question="How robust is fitness to single mutations and to a new world?",
-        variables={
-            "energy": declare_fitness(
-                ("generation", "life", "world", "agent"),
-                "fitness of the agent in this kind of lifetime and in this world",
-            ),
-            "mutant_energy": declare_fitness(
-                ("generation", "life", "mutant", "agent"),
-                "fitness of a single mutant of the agent in the stored world; "
-                "NaN without a mutation",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_genome_obstacle),
-    ),
+ASSAY: Final = Assay(
+    name="canalization",
+    question="How robust is fitness to single mutations and to a new world?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "life", "world", "agent"),
+            "fitness of the agent in this kind of lifetime and in this world",
+        ),
+        "mutant_energy": declare_fitness(
+            ("generation", "life", "mutant", "agent"),
+            "fitness of a single mutant of the agent in the stored world; NaN without a mutation",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_genome_obstacle),
 )

@@ -22,7 +22,9 @@ def load_assays() -> Mapping[str, Assay]:
         import_module(f"{__package__}.{module.name}")
         for module in iter_modules([str(Path(__file__).parent)])
     ]
-    declared = [assay for module in modules for assay in getattr(module, "ASSAYS", ())]
+    declared = [
+        value for module in modules for value in vars(module).values() if isinstance(value, Assay)
+    ]
     declared.sort(key=lambda assay: (not assay.is_default, assay.name))
     return {assay.name: assay for assay in declared}
 

@@ -187,30 +187,28 @@ def format_phylogeny(parents: Parents, first_id: int = 0) -> Iterator[str]:
             yield f'{generation_id + agent},"[{ancestors}]",{generation},{generation + 1}'
 
 
-ASSAYS: Final = (
-    Assay(
-        name="descent",
-        question="What is the effective number of ancestors in the first generation?",
-        variables={
-            "common_ancestor_age": Variable(
-                ("run", "generation"),
-                np.float32,
-                "generations",
-                "generations since the last common ancestor of all agents; NaN without one",
-            ),
-            "effective_ancestors": Variable(
-                ("run", "generation"),
-                np.float32,
-                "agents",
-                "effective number of founders: 1 / sum of squared shares in the gene pool",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        # The assay reads stored values.
-        obstacles=(),
-        is_default=True,
-        work_bytes=estimate_memory,
-    ),
+ASSAY: Final = Assay(
+    name="descent",
+    question="What is the effective number of ancestors in the first generation?",
+    variables={
+        "common_ancestor_age": Variable(
+            ("run", "generation"),
+            np.float32,
+            "generations",
+            "generations since the last common ancestor of all agents; NaN without one",
+        ),
+        "effective_ancestors": Variable(
+            ("run", "generation"),
+            np.float32,
+            "agents",
+            "effective number of founders: 1 / sum of squared shares in the gene pool",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    # The assay reads stored values.
+    obstacles=(),
+    is_default=True,
+    work_bytes=estimate_memory,
 )

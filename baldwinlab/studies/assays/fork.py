@@ -198,4 +198,5 @@ def declare_fork(start: str, generations: int = BRANCH_GENERATIONS) -> Assay:
     )
 
 
-ASSAYS: Final = tuple(declare_fork(start) for start in FORKS)
+FORK: Final = declare_fork(POPULATION)
+FORK_MODE: Final = declare_fork(MODE)

@@ -197,26 +197,24 @@ def list_variants(experiment: BaseExperiment) -> Iterator[BaseExperiment]:
         yield set_drift_control(experiment)
 
 
-ASSAYS: Final = (
-    Assay(
-        name="innate",
-        question="How much of the fitness is innate, and how much is learned?",
-        variables={
-            "energy": declare_fitness(
-                ("generation", "life", "agent"), "fitness in this kind of lifetime"
-            ),
-            "distance": Variable(
-                ("run", "generation", "layer", "agent"),
-                np.float32,
-                "1",
-                "distance of the weights of a layer between birth and death",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(find_fitness_obstacle, find_birth_obstacle, find_species_obstacle),
-        is_default=True,
-        variants=list_variants,
-    ),
+ASSAY: Final = Assay(
+    name="innate",
+    question="How much of the fitness is innate, and how much is learned?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "life", "agent"), "fitness in this kind of lifetime"
+        ),
+        "distance": Variable(
+            ("run", "generation", "layer", "agent"),
+            np.float32,
+            "1",
+            "distance of the weights of a layer between birth and death",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(find_fitness_obstacle, find_birth_obstacle, find_species_obstacle),
+    is_default=True,
+    variants=list_variants,
 )

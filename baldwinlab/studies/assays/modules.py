@@ -67,17 +67,15 @@ def find_module_obstacle(experiment: BaseExperiment) -> str:
     return "needs agents with a reinforcement module"
 
 
-ASSAYS: Final = (
-    Assay(
-        name="modules",
-        question="Which module contains the evolved information?",
-        variables={
-            "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
-        is_default=True,
-    ),
+ASSAY: Final = Assay(
+    name="modules",
+    question="Which module contains the evolved information?",
+    variables={
+        "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
+    is_default=True,
 )

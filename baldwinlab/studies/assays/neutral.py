@@ -161,21 +161,19 @@ def list_variants(experiment: BaseExperiment) -> Iterator[BaseExperiment]:
     yield experiment.neutral_control()
 
 
-ASSAYS: Final = (
-    Assay(
-        name="neutral",
-        question="Did selection produce the behavior, or did it arise by chance?",
-        variables={
-            "energy": declare_fitness(
-                ("generation", "newborns", "life", "agent"),
-                "fitness of these newborns in this kind of lifetime",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_selection_obstacle),
-        is_default=True,
-        variants=list_variants,
-    ),
+ASSAY: Final = Assay(
+    name="neutral",
+    question="Did selection produce the behavior, or did it arise by chance?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "newborns", "life", "agent"),
+            "fitness of these newborns in this kind of lifetime",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_selection_obstacle),
+    is_default=True,
+    variants=list_variants,
 )

@@ -96,24 +96,22 @@ def find_opponent_obstacle(experiment: BaseExperiment) -> str:
     return 'needs two species that evolve separately (evolution.compete = "within")'
 
 
-ASSAYS: Final = (
-    Assay(
-        name="opponents",
-        question="Do two species that evolve together improve against the same opponents?",
-        variables={
-            "energy": declare_fitness(
-                ("first_generation", "second_generation", "species"),
-                "mean fitness of the agents of a species when these generations meet",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(
-            find_archive_obstacle,
-            find_birth_obstacle,
-            find_model_obstacle,
-            find_opponent_obstacle,
+ASSAY: Final = Assay(
+    name="opponents",
+    question="Do two species that evolve together improve against the same opponents?",
+    variables={
+        "energy": declare_fitness(
+            ("first_generation", "second_generation", "species"),
+            "mean fitness of the agents of a species when these generations meet",
         ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(
+        find_archive_obstacle,
+        find_birth_obstacle,
+        find_model_obstacle,
+        find_opponent_obstacle,
     ),
 )

@@ -95,18 +95,16 @@ def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
             yield ChangedSetting(field, f"{value:g}", changed)
 
 
-ASSAYS: Final = (
-    Assay(
-        name="reaction",
-        question="How does fitness change if one setting changes?",
-        variables={
-            "energy": declare_fitness(("setting", "agent"), "fitness in this setting"),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle),
-        is_default=True,
-        uses_other_maps=True,
-    ),
+ASSAY: Final = Assay(
+    name="reaction",
+    question="How does fitness change if one setting changes?",
+    variables={
+        "energy": declare_fitness(("setting", "agent"), "fitness in this setting"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle),
+    is_default=True,
+    uses_other_maps=True,
 )

@@ -113,21 +113,17 @@ def find_learning_obstacle(experiment: BaseExperiment) -> str:
     return ""
 
 
-ASSAYS: Final = (
-    Assay(
-        name="reaction-norms",
-        question=(
-            "How does fitness depend on the amount of learning, early and late in evolution?"
+ASSAY: Final = Assay(
+    name="reaction-norms",
+    question=("How does fitness depend on the amount of learning, early and late in evolution?"),
+    variables={
+        "energy": declare_fitness(
+            ("generation", "factor", "agent"),
+            "fitness with this multiple of the amount of learning; NaN if it is not valid",
         ),
-        variables={
-            "energy": declare_fitness(
-                ("generation", "factor", "agent"),
-                "fitness with this multiple of the amount of learning; NaN if it is not valid",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
-    ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
 )

@@ -175,16 +175,14 @@ def find_food_obstacle(experiment: BaseExperiment) -> str:
     return f"needs a map with food, and {experiment.name} has none" if is_empty else ""
 
 
-ASSAYS: Final = (
-    Assay(
-        name=UNSEEN_MAPS,
-        question="How much does a population eat on maps on which it has not evolved?",
-        variables={
-            "energy": declare_fitness(("map",), "mean fitness of the agents on this map"),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle, find_food_obstacle),
-    ),
+ASSAY: Final = Assay(
+    name=UNSEEN_MAPS,
+    question="How much does a population eat on maps on which it has not evolved?",
+    variables={
+        "energy": declare_fitness(("map",), "mean fitness of the agents on this map"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle, find_food_obstacle),
 )

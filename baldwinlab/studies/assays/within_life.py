@@ -90,30 +90,28 @@ def estimate_memory(experiment: Experiment, n_runs: int) -> int:
     return SAVED_STATES * memory.simulation_bytes(experiment, n_runs)
 
 
-ASSAYS: Final = (
-    Assay(
-        name="within-life",
-        question="When in life does an agent eat?",
-        variables={
-            "eaten_in_window": Variable(
-                ("run", "newborns", "window", "agent"),
-                np.int32,
-                "items",
-                "items eaten in this part of the lifetime",
-            ),
-            "first_meal": Variable(
-                ("run", "newborns", "agent"),
-                np.float32,
-                "steps",
-                "step in which the agent first ate; NaN if it never ate",
-            ),
-        },
-        coordinates=coordinates,
-        count_lives=count_lives,
-        measure=measure,
-        # Eaten items do not depend on the measure of fitness.
-        obstacles=(find_birth_obstacle, find_species_obstacle, find_model_obstacle),
-        is_default=True,
-        work_bytes=estimate_memory,
-    ),
+ASSAY: Final = Assay(
+    name="within-life",
+    question="When in life does an agent eat?",
+    variables={
+        "eaten_in_window": Variable(
+            ("run", "newborns", "window", "agent"),
+            np.int32,
+            "items",
+            "items eaten in this part of the lifetime",
+        ),
+        "first_meal": Variable(
+            ("run", "newborns", "agent"),
+            np.float32,
+            "steps",
+            "step in which the agent first ate; NaN if it never ate",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    # Eaten items do not depend on the measure of fitness.
+    obstacles=(find_birth_obstacle, find_species_obstacle, find_model_obstacle),
+    is_default=True,
+    work_bytes=estimate_memory,
 )

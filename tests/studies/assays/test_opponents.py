@@ -12,7 +12,7 @@ from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.assays.assay import Sample
 from baldwinlab.studies.assays.catalog import get_assay
-from baldwinlab.studies.assays.opponents import ASSAYS, N_WORLDS, assayed_generations, measure
+from baldwinlab.studies.assays.opponents import ASSAY, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -56,7 +56,7 @@ def make_sample(study: StudyStore, run: int) -> Sample:
 
 def test_the_assay_has_the_declared_variables_and_coordinates(study: StudyStore) -> None:
     assay = open_assay(study.directory, OPPONENTS, PREDATION.name)
-    (energy,) = ASSAYS[0].variables.values()
+    (energy,) = ASSAY.variables.values()
     assert assay.energy.dims == energy.dims
     assert assay.energy.dtype == energy.dtype
     assert assay.species.values.tolist() == ["predators", "prey"]

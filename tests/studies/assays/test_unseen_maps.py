@@ -14,7 +14,7 @@ from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.assays.unseen_maps import (
-    ASSAYS,
+    ASSAY,
     N_MAPS,
     UNSEEN_MAPS,
     draw_maps,
@@ -89,7 +89,7 @@ def test_the_fitness_is_that_of_single_lifetimes_on_moved_maps(study: StudyStore
     condition = "evo+self-taught/B"
     assay = open_assay(study.directory, UNSEEN_MAPS, condition)
     experiment = study.experiments[condition]
-    (variable,) = ASSAYS[0].variables.values()
+    (variable,) = ASSAY.variables.values()
     assert assay.energy.dims == variable.dims and assay.sizes["map"] == N_MAPS
     assert float(assay.energy.max()) > 0
     run, number = 2, 7
