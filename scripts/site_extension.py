@@ -22,13 +22,13 @@ from sphinx.util.typing import stringify_annotation
 
 from baldwinlab.cli.export import FORMATS
 from baldwinlab.core import variables
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.schema import make_schema
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.assays.catalog import load_assays
 
 NAVIGATION: Final = Path(__file__).parents[1] / "docs" / "navigation.txt"
 LABORATORIES: Final = {
@@ -194,20 +194,23 @@ def _describe(part: Any) -> str:
 
 def format_variables() -> str:
     """Return the sections of recorded variables, with dimensions, type, unit and meaning."""
-    tables: dict[str, Mapping[str, Variable]] = {
-        "Run": variables.RUN_VARIABLES,
-        "Record": variables.RECORD_VARIABLES,
-        "Trace": variables.TRACE_VARIABLES,
-        **{f"Assay {name}": measured for name, measured in ASSAY_VARIABLES.items()},
-    }
+    tables: list[tuple[str, str, Mapping[str, Variable]]] = [
+        ("Run", "", variables.RUN_VARIABLES),
+        ("Record", "", variables.RECORD_VARIABLES),
+        ("Trace", "", variables.TRACE_VARIABLES),
+        *(
+            (f"Assay {name}", assay.question, assay.variables)
+            for name, assay in load_assays().items()
+        ),
+    ]
     text = ""
-    for title, table in tables.items():
+    for title, description, table in tables:
         rows = [
             (f"`{name}`", ", ".join(entry.dims), entry.dtype.__name__, entry.unit, entry.meaning)
             for name, entry in table.items()
         ]
         heads = ("variable", "dimensions", "type", "unit", "meaning")
-        text += f"## {title}\n\n{format_table(heads, rows)}\n"
+        text += f"## {title}\n\n{description}\n\n{format_table(heads, rows)}\n"
     order = variables.WEIGHT_ORDER
     return f"{text}## Order of the weights\n\n{order[0].upper()}{order[1:]}.\n"
 

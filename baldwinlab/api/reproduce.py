@@ -30,11 +30,14 @@ from baldwinlab.engine.threads import available_cores
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
+from baldwinlab.papers import PaperError
 from baldwinlab.papers.design import DESIGN_FILE, Design, read_design
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation import memory
+from baldwinlab.studies.assays.catalog import get_assays, list_default_assays
 from baldwinlab.studies.assays.memory import PlannedStudy
 from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 MAX_FOLDER_NAME: Final = 120
@@ -195,6 +198,7 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
     paper = request.paper
+    assays = select_assays(paper)
     if request.steps is not None and not are_foragers(paper.experiments()):
         raise RefusedError(
             f"--steps {request.steps} applies to foragers; {paper.name} has none, and its model "
@@ -213,9 +217,9 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
     def run_assays() -> None:
         """Run the missing assays, after the first report."""
         console.info("The report lacks the assays. They run now; then it is written again.")
-        run_missing_assays(study, paper.metadata.assays, options)
+        run_missing_assays(study, assays, options)
 
-    has_missing_assays = any(find_missing_assays(study, paper.metadata.assays).values())
+    has_missing_assays = any(find_missing_assays(study, assays).values())
     # The report is written once before the assays and once after them.
     add_results = run_assays if has_missing_assays else None
     report(study, last=request.last, force=options.force, add_results=add_results, paper=paper)
@@ -285,10 +289,22 @@ def describe_too_few_runs(
     if claims_note := describe_too_few(claim_tests, instruction=instruction):
         yield f"Claims: {claims_note}"
     plan = _plan_assays(experiments, paper)
-    assays = plan.select_applicable(paper.metadata.assays)
+    assays = plan.select_applicable(select_assays(paper))
     assay_tests = planned_tests(plan.experiments, assays, runs)
     if assays_note := describe_too_few(assay_tests, instruction=instruction):
         yield f"Baldwin effect: {assays_note}"
+
+
+def select_assays(paper: papers.Paper) -> tuple[str, ...]:
+    """Return the names of the assays of a paper. Raises PaperError for a name of no assay."""
+    names = paper.metadata.assays
+    if names is None:
+        return list_default_assays()
+    try:
+        get_assays(names)
+    except StudyError as error:
+        raise PaperError(f"{paper.folder / 'paper.toml'}: assays: {error}") from None
+    return names
 
 
 def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
@@ -306,7 +322,7 @@ def estimate_later_need(
     """
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
-    need = plan.need(runs, workers or available_cores(), paper.metadata.assays)
+    need = plan.need(runs, workers or available_cores(), select_assays(paper))
     tables_need = memory.estimate_tables([(experiment, runs) for experiment in experiments])
     replayed_experiment = by_name.get(paper.metadata.emergence, experiments[0])
     return need.add_later(tables_need).add_later(replay_memory(replayed_experiment))

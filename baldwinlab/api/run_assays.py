@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import AssayOptions, exclude_remote_memory
 from baldwinlab.core import console
-from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
-from baldwinlab.studies.assays import fork
-from baldwinlab.studies.assays.catalog import not_applicable_reasons
+from baldwinlab.studies.assays.catalog import get_assays, not_applicable_reasons
 from baldwinlab.studies.assays.memory import estimate_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
@@ -28,8 +26,8 @@ def run_missing_assays(
     """Run the missing assays of a study on the CPU.
 
     `generations`: number of generations of the branches of a fork, at least 1. The default is 20.
-    Without this argument, a stored fork with another number remains. Raises `StudyError` if no
-    assay has that name.
+    Without this argument, a stored fork with another number remains. Raises StudyError for a name
+    of no assay.
     """
     require_branch_length(generations, names)
     executor = options.make_executor()
@@ -49,8 +47,7 @@ def run_missing_assays(
     total_need = estimate_assays(study, missing, run_counts, executor.workers)
     need = exclude_remote_memory(total_need, executor)
     require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
-    branch_length = generations or fork.BRANCH_GENERATIONS
-    agent_steps = count_assay_steps(study, missing, branch_length)
+    agent_steps = count_assay_steps(study, missing, generations)
     console.info(f"{study.location}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
     console.info_if_any(format_sample_sentence(study))
 
@@ -67,15 +64,16 @@ def run_missing_assays(
             console.progress,
             console.info,
             executor=executor,
-            generations=branch_length,
+            generations=generations,
         )
 
 
 @check_numbers
 def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
-    """Check the number of generations of the branches of a fork.
+    """Check the number of generations of branches; None for the default.
 
-    `generations`: the number; None for the default.
+    Raises StudyError for a name of no assay.
     """
-    if generations is not None and not FORKS.keys() & set(names):
+    has_branches = any(assay.with_branches for assay in get_assays(names))
+    if generations is not None and not has_branches:
         raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

@@ -24,7 +24,6 @@ from baldwinlab.api.run_study import (
     run_missing,
 )
 from baldwinlab.core import console
-from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import assign
@@ -48,7 +47,7 @@ from baldwinlab.papers.design import (
     tuning_conditions,
 )
 from baldwinlab.studies.assays.storage import assay_path
-from baldwinlab.studies.assays.unseen_maps import N_LIVES
+from baldwinlab.studies.assays.unseen_maps import N_LIVES, UNSEEN_MAPS
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import count_agent_steps
 from baldwinlab.studies.store import StudyStore

@@ -26,7 +26,7 @@ from baldwinlab.api.study_html import render_study
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
+from baldwinlab.studies.assays.catalog import load_assays, not_applicable_reasons
 from baldwinlab.studies.assays.results import (
     find_missing_assays,
     is_stored,
@@ -106,9 +106,7 @@ class Study(StudyExports):
         Parameters
         ----------
         name
-            "innate", "neutral", "within-life", "modules", "reaction", "descent",
-            "reaction-norms", "canalization", "opponents", "unseen-maps", "fork" or
-            "fork-mode".
+            Name of an assay, for example "innate"; `baldwinlab assay --help` lists all.
         condition
             Name of a condition. By default all conditions.
         generations
@@ -120,7 +118,7 @@ class Study(StudyExports):
         Returns
         -------
         xarray.Dataset
-            The variables of `baldwinlab.core.assay_variables.ASSAY_VARIABLES[name]`. Without
+            The variables of the assay, with their units and meanings in `attrs`. Without
             `condition` it has the dimension `condition`, with the conditions to which the assay
             applies.
 
@@ -279,7 +277,7 @@ class Study(StudyExports):
         n_unlisted = len(self.conditions) - MAX_LISTED_CONDITIONS
         if n_unlisted > 0:
             lines.append(f"  and {n_unlisted:,} more conditions")
-        assays = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
+        assays = [name for name in load_assays() if (self.directory / "assays" / name).exists()]
         return "\n".join(
             [
                 f"<Study {self._store.location}, seed {self.seed}>",

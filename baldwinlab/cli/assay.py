@@ -18,13 +18,13 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
-from baldwinlab.core.assay_variables import FORKS, POPULATION
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS, NAMED_ASSAYS
+from baldwinlab.studies.assays.catalog import list_default_assays, load_assays
+from baldwinlab.studies.assays.fork import FORKS, POPULATION
 from baldwinlab.studies.store import StudyStore
 
-# The name of the assay, by the start of its branches.
-FORK_BY_START: Final = {start: name for name, start in FORKS.items()}
+ASSAYS: Final = tuple(load_assays())
+DEFAULT_ASSAYS: Final = list_default_assays()
 
 
 def assay(
@@ -32,9 +32,7 @@ def assay(
     /,
     *names: Annotated[
         str,
-        Parameter(
-            help=f"Assays: {', '.join(ASSAYS)}. By default all except {', '.join(NAMED_ASSAYS)}."
-        ),
+        Parameter(help=f"Assays: {', '.join(ASSAYS)}. By default {', '.join(DEFAULT_ASSAYS)}."),
     ],
     assays: Annotated[
         str | None,
@@ -89,8 +87,8 @@ def _select_assays(names: tuple[str, ...], more_names: str | None, start: str) -
     selected_assays = unique_names or list(DEFAULT_ASSAYS)
     if start == POPULATION:
         return selected_assays
-    if start not in FORK_BY_START:
-        raise ArgumentError("from", start, f"must be {' or '.join(FORK_BY_START)}")
+    if start not in FORKS:
+        raise ArgumentError("from", start, f"must be {' or '.join(FORKS)}")
     if "fork" not in selected_assays:
         raise ArgumentError("from", start, "needs the assay fork")
-    return [FORK_BY_START[start] if name == "fork" else name for name in selected_assays]
+    return [FORKS[start] if name == "fork" else name for name in selected_assays]

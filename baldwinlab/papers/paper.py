@@ -39,9 +39,7 @@ from baldwinlab.papers.claims import (
 )
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 from baldwinlab.papers.texts import (
-    DEFAULT_ASSAYS,
     DEFAULT_FIGURES,
-    Assay,
     Figure,
     PaperCard,
     ReportTexts,
@@ -76,8 +74,8 @@ class PaperMetadata(DeclaredTable):
     # Number of the first run.
     first_run: int = Field(0, ge=0, lt=SEED_LIMIT)
     figures: tuple[Figure, ...] = DEFAULT_FIGURES
-    # Assays of `reproduce`.
-    assays: tuple[Assay, ...] = DEFAULT_ASSAYS
+    # Assays of `reproduce`, which checks the names. Default: the default assays.
+    assays: tuple[str, ...] | None = None
     # Experiment of the figure "emergence". Default: the first.
     emergence: str = ""
     # Names of the experiments in the gallery. Default: all experiments with learning.

@@ -23,29 +23,6 @@ DEFAULT_FIGURES: tuple[Figure, ...] = (
     "senses",
     "maps",
 )
-Assay = Literal[
-    "innate",
-    "neutral",
-    "within-life",
-    "modules",
-    "reaction",
-    "descent",
-    "reaction-norms",
-    "canalization",
-    "opponents",
-    "unseen-maps",
-    "fork",
-    "fork-mode",
-]
-# Without the assays that a command measures only if it names them.
-DEFAULT_ASSAYS: tuple[Assay, ...] = (
-    "innate",
-    "neutral",
-    "within-life",
-    "modules",
-    "reaction",
-    "descent",
-)
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need", "movement", "cost", "sooner",
     "guidance", "built-innate", "built-learned", "reinforcement", "action",

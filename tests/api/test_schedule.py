@@ -25,7 +25,7 @@ from baldwinlab.lab.recording import record_life
 from baldwinlab.lab.world_cursor import WorldCursor
 from baldwinlab.simulation.reevaluation import make_batch, reevaluate
 from baldwinlab.simulation.replay import replay_genomes
-from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay, load_assays
 from baldwinlab.studies.assays.reaction import list_settings
 from baldwinlab.studies.assays.unseen_maps import draw_maps
 from tests.worlds import make_small_experiment
@@ -151,11 +151,11 @@ def test_a_fitness_that_depends_on_earlier_generations_is_refused() -> None:
     for simulation in (evaluate, reevaluate_generation):
         with pytest.raises(RefusedError, match=message):
             simulation(novelty)
-    obstacles = {name: why_not_applicable(name, "x", {"x": novelty}) for name in ASSAYS}
+    obstacles = {name: get_assay(name).find_obstacle(novelty) for name in load_assays()}
     applicable = {name for name, obstacle in obstacles.items() if not obstacle}
     assert applicable == {"descent", "within-life"}
     innate_only = BASE.replace(evolution={"fitness": "novelty"}).without_learning()
-    assert not why_not_applicable("innate", "x", {"x": innate_only})
+    assert not get_assay("innate").find_obstacle(innate_only)
 
 
 def test_the_rank_by_such_a_fitness_is_that_of_the_record() -> None:
@@ -184,7 +184,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
 
 
 @pytest.mark.parametrize(
-    "assay", [name for name in ASSAYS if name not in ("opponents", "unseen-maps", "fork-mode")]
+    "assay",
+    [name for name in load_assays() if name not in ("opponents", "unseen-maps", "fork-mode")],
 )
 def test_an_assay_of_a_study_whose_agents_stop_learning_gives_the_stored_results(
     study: bl.Study, assay: str

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core import resources
-from baldwinlab.core.assay_variables import FORKS
 from tests.cli.test_refused_commands import read_tree
 from tests.commands import Command
 from tests.small_studies import make_small_study
@@ -82,7 +81,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("assay nowhere", "nowhere holds no study"),
         (
             "assay study --assays innate,instinct",
-            "there is no assay 'instinct'; there are innate, neutral",
+            "there is no assay 'instinct'; there are descent, innate",
         ),
         ("assay study spoon", "there is no assay 'spoon'"),
         ("assay study --workers 0", "--workers 0 must be a whole number from 1"),
@@ -94,7 +93,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("assay study innate --from mode", "--from mode needs the assay fork"),
         (
             "assay study innate --generations 4",
-            f"--generations 4 needs the assay {' or '.join(FORKS)}",
+            "--generations 4 needs the assay fork or fork-mode",
         ),
         (
             "export study --format phylogeny --condition evo/B --run 0 --out x.csv",

@@ -11,7 +11,7 @@ import pytest
 
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
-from baldwinlab.core.assay_variables import UNCHANGED_SETTING
+from baldwinlab.studies.assays.reaction import UNCHANGED_SETTING
 from baldwinlab.studies.assays.storage import encode_assay
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction

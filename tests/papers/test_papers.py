@@ -13,14 +13,14 @@ import pytest
 from baldwinlab import papers
 from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES
+from baldwinlab.api.reproduce import select_assays
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.checks import check_paper
 from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE
 from baldwinlab.papers.paper import PRESET_KINDS
-from baldwinlab.papers.texts import DEFAULT_ASSAYS, Assay, Inference
-from baldwinlab.studies.assays.catalog import DEFAULT_ASSAYS as MEASURED_BY_DEFAULT
+from baldwinlab.papers.texts import Inference
+from baldwinlab.studies.assays.catalog import list_default_assays
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
@@ -121,8 +121,6 @@ def test_the_default_paper_is_valid_and_complete() -> None:
 
 def test_papers_can_name_all_measures_assays_and_criteria() -> None:
     assert set(COMMON_MEASURES) == {*MEASURES, "most", UNSEEN_MAPS_MEASURE}
-    assert get_args(Assay) == tuple(ASSAY_VARIABLES)
-    assert DEFAULT_ASSAYS == MEASURED_BY_DEFAULT
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
         criterion.id for criterion in load_criteria()
     }
@@ -158,10 +156,6 @@ INVALID = [
     (
         *("paper", "", 'figures = ["pie"]\n'),
         "{}/paper.toml: figures.0 = 'pie': input should be 'fitness'",
-    ),
-    (
-        *("paper", "", 'assays = ["taste"]\n'),
-        "{}/paper.toml: assays.0 = 'taste': input should be 'innate'",
     ),
     (
         *("paper", "", 'maps = ["nera"]\n'),
@@ -473,6 +467,17 @@ def test_without_claims_the_report_compares_the_conditions(
     assert page.index("Fitness in the last") < page.index("Fitness over generations")
     assert "What an agent senses" not in page
     assert json.loads((tmp_path / "mine/claims.json").read_text())["claims"] == []
+
+
+def test_reproduce_measures_the_assays_of_a_paper_or_the_default_assays(
+    command: Command, tmp_path: Path
+) -> None:
+    assert select_assays(papers.load(write_paper(tmp_path / "all"))) == list_default_assays()
+    write_paper(tmp_path / "tiny", paper=PAPER + 'assays = ["innate", "taste"]\n')
+    result = command("reproduce", "./tiny")
+    assert result.code == 2
+    assert "tiny/paper.toml: assays: there is no assay 'taste'; there are descent," in result.err
+    assert not (tmp_path / "results").exists()
 
 
 def test_a_study_belongs_to_the_paper_that_created_it(command: Command, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from baldwinlab.evolution.species import derive_seed
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import reevaluate, reevaluate_species, restore_genomes
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_batch
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 
 INNATE = {"name": "innate", "size": 5, "hinton_nowlan": {"guessing": False}}
 GUESSING = {"name": "guessing", "size": 15}
@@ -150,6 +150,7 @@ def test_another_simulation_of_separate_species_gives_the_stored_fitness() -> No
 
 @pytest.mark.parametrize("name", ["innate", "neutral", "fork", "modules"])
 def test_assays_of_lifetimes_are_refused(name: str) -> None:
-    reason = why_not_applicable(name, "needle", {"needle": NEEDLE})
-    assert reason == f"the assay {name} needs a population without species, and needle has several"
-    assert why_not_applicable("descent", "needle", {"needle": NEEDLE}) == ""
+    reason = get_assay(name).find_obstacle(NEEDLE)
+    sentence = f"needs a population without species, and {NEEDLE.name} has several"
+    assert reason == f"the assay {name} {sentence}"
+    assert get_assay("descent").find_obstacle(NEEDLE) == ""

@@ -19,7 +19,7 @@ import pytest
 from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.creation import create_study
@@ -210,7 +210,7 @@ def test_worker_processes_and_threads_store_identical_assays(
     assert read_records(on_cluster.directory) == read_records(on_threads.directory)
     assert {
         path.parts[0] for path in map(Path, read_records(on_threads.directory / "assays"))
-    } == set(ASSAYS) - {"opponents"}
+    } == set(load_assays()) - {"opponents"}
 
 
 @pytest.mark.nightly

@@ -30,13 +30,14 @@ from baldwinlab.analysis.assays.criteria import (
     combine_verdicts,
     load_criteria,
 )
+from baldwinlab.analysis.assays.evaluation import compute_quantities
 from baldwinlab.analysis.assays.phrases import Terms, has_foragers, select_terms
 from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
-    compute_quantities,
     drop_labels,
     evolves_and_learns,
+    find_learning_conditions,
     parse_experiments,
     read_factors,
 )
@@ -46,7 +47,6 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     PlannedTest,
     describe_too_few,
 )
-from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors
@@ -210,12 +210,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
     numbers = tuple(
         number for name, table in tables.items() for number in _compute_numbers(name, table)
     )
-    forked = {name for assay in FORKS for name in assays.get(assay, {})}
-    learning_conditions = [
-        name
-        for name, experiment in experiments.items()
-        if name in forked or evolves_and_learns(experiment, assays.get("innate", {}).get(name))
-    ]
+    learning_conditions = find_learning_conditions(assays, experiments)
     controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():
         if control and INNATE_LAST in tables[control]:

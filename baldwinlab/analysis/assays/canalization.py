@@ -1,4 +1,4 @@
-"""Canalization: effects of single mutations and of a new world on fitness, with a value per run.
+"""Evaluation of the assay `canalization`: effects of single mutations and of a new world.
 
 An effect is the fitness of an agent minus its fitness with one mutation, or in the new world. Both
 lifetimes have the same random numbers, except for those of the new world.
@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from typing import Final
 
 import xarray as xr
+
+from baldwinlab.analysis.assays.evaluation import EffectTable, Evaluation, QuantityValues
 
 QUANTITY_PREFIX: Final = "canalization: "
 CHANGES: Final = ("mutation", "new world")
@@ -57,7 +59,7 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(effects)
 
 
-def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.DataArray]]:
+def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     """Yield the values (run) of all effects, and two comparisons of the sensitivity.
 
     - Buffering by learning: 1 minus the sensitivity with learning divided by that without. It is
@@ -81,10 +83,33 @@ def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.D
             yield (BUFFERING, when), buffering.sel(generation=generation)
         for life, measure in FITNESS_BY_LIFE.items():
             of_life = sensitivity.sel(life=life, drop=True)
-            first, last = (of_life.isel(generation=end, drop=True) for end in (0, -1))
-            yield (DECLINE, f"{change}, {measure}"), 1 - last / first.where(first > 0)
+            start, end = (of_life.isel(generation=index, drop=True) for index in (0, -1))
+            yield (DECLINE, f"{change}, {measure}"), 1 - end / start.where(start > 0)
 
 
 def name_quantity(effect: str, measure: str) -> str:
     """Return the name of an effect on a kind of fitness in the tables of a report."""
     return f"{QUANTITY_PREFIX}{effect}, {measure}"
+
+
+TABLE: Final = EffectTable(
+    title="Effects of single mutations and of a new world",
+    explanation=(
+        "An effect is the fitness of an agent minus its fitness with one mutation, or in a new "
+        "world. The loss is the mean effect, and the sensitivity is the root mean square effect. "
+        "The unit is the standard deviation of fitness among the agents, over all generations and "
+        "kinds of life. Canalization lowers the sensitivity."
+    ),
+    time="Time",
+    columns=EFFECTS,
+    measures={
+        name: [name_quantity(effect, name) for effect in EFFECTS]
+        for name in FITNESS_BY_LIFE.values()
+    },
+)
+EVALUATION: Final = Evaluation(
+    assay="canalization",
+    order=80,
+    compute_quantities=compute_quantities,
+    table=TABLE,
+)

@@ -1,16 +1,20 @@
-"""Effects in the fork assay: history, regime and their interaction, with one value per run.
+"""Evaluation of the assays `fork` and `fork-mode`: history, regime and their interaction.
 
 The four branches of a run have the same random numbers, so an effect is a difference within a run.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final
 
 import xarray as xr
 
-from baldwinlab.core.assay_variables import HISTORIES, REGIMES
+from baldwinlab.analysis.assays.evaluation import EffectTable, Evaluation, QuantityValues
 
+# Names on the stored coordinates.
+HISTORIES: Final = ("learner", "control")
+REGIMES: Final = ("on", "off")
 MEASURES: Final = {"innate_fitness": "innate fitness", "fitness": "fitness in the regime"}
 LEARNING_OFF: Final = REGIMES[1]
 QUANTITY_PREFIX: Final = "fork: "
@@ -50,3 +54,43 @@ def _compute_fork_effects(fitness: xr.DataArray) -> dict[str, xr.DataArray]:
         "regime": regime_effect.mean("history"),
         "interaction": effect_on_learner - effect_on_control,
     }
+
+
+def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for measure, effects in compute_effects(data).items():
+        for generation in data["generation"].values.tolist():
+            yield (measure, f"generation {generation}"), effects.sel(generation=generation)
+
+
+def compute_mode_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for (measure, start), values in compute_quantities(data, last):
+        yield (measure, f"mode of {start}"), values
+
+
+TABLE: Final = EffectTable(
+    title="Further evolution with learning on and off",
+    explanation=(
+        "The fork assay evolves stored generations of the condition and of its no-learning control "
+        "further, with learning on and with learning off. The effect of the history is the "
+        "condition minus the control. The effect of the regime is learning on minus learning off. "
+        "A history above 0 means that evolution with learning has led to better genomes. A regime "
+        "below 0 means that learning now hides genetic differences, and above 0 that it guides "
+        "selection."
+    ),
+    time="Start",
+    columns=EFFECTS,
+    measures={
+        name: [name_quantity(effect, measure) for effect in EFFECTS]
+        for measure, name in MEASURES.items()
+    },
+)
+FORK: Final = Evaluation(
+    assay="fork",
+    order=90,
+    compute_quantities=compute_quantities,
+    table=TABLE,
+)
+# The table of `fork` has its rows, too.
+FORK_MODE: Final = Evaluation(
+    assay="fork-mode", order=100, compute_quantities=compute_mode_quantities
+)

@@ -18,10 +18,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.assays.evaluation import Evaluation
+from baldwinlab.analysis.assays.panels import tabulate_median
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.sample_sizes import (
@@ -29,8 +30,8 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     PlannedTest,
     describe_too_few,
 )
-from baldwinlab.core.assay_variables import OPPONENTS
 
+OPPONENTS: Final = "opponents"
 Difference = Literal["higher", "lower", "undecided", "too few runs"]
 HIGHER: Final[Difference] = "higher"
 LOWER: Final[Difference] = "lower"
@@ -236,10 +237,11 @@ def _draw_matrix(axes: Axes, matrix: SpeciesMatrix, largest: float) -> None:
 
 def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
     """Return the data of the figure: medians over runs with their intervals."""
-    rows = []
-    for condition, data in stored.items():
-        interval = interval_of_median(data["energy"])
-        numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
-        table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
-        rows += [{"condition": condition, **row} for row in table]
-    return rows
+    return [
+        {"condition": condition, **row}
+        for condition, data in stored.items()
+        for row in tabulate_median(data["energy"])
+    ]
+
+
+EVALUATION: Final = Evaluation(assay=OPPONENTS, order=110, make_section=make_section)

@@ -1,10 +1,10 @@
-"""Panels of the figures of assays: grids, curves, axes and legends."""
+"""Panels of the figures of assays: grids, curves, axes and legends, and the data of figures."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -12,12 +12,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import read_factors
+from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     LINE_STYLES,
     MARKERS,
     SeriesStyle,
+    choose_style,
 )
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
@@ -32,7 +33,7 @@ MAX_MARKERS: Final = 8
 
 
 def make_grid(
-    data: Mapping[str, xr.Dataset], names: Sequence[str], rows: int, height: float
+    data: Stored, names: Sequence[str], rows: int, height: float
 ) -> tuple[Figure, np.ndarray]:
     """Return a figure and its panels (condition, row), with two conditions next to each other.
 
@@ -77,6 +78,13 @@ def draw_curve(
     )
 
 
+def tabulate_median(values: xr.DataArray) -> list[dict[str, Any]]:
+    """Return the data of a figure: the median over runs with its interval, by the coordinates."""
+    interval = interval_of_median(values)
+    numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
+    return [*xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")]
+
+
 def start_at_zero(axes: Axes) -> None:
     """Let the vertical axis start slightly below 0."""
     top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
@@ -101,8 +109,9 @@ def list_handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(handles.values())
 
 
-def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set[str]) -> None:
-    """Draw a legend of the learners in a figure."""
+def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], stored: Stored) -> None:
+    """Draw a legend of the learners of some conditions."""
+    learners = {read_factors(data).learner for data in stored.values()}
     handles = [
         figure.axes[0].plot(
             [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner
@@ -111,3 +120,13 @@ def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set
         if learner in learners
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
+
+
+def style_learners(stored: Stored) -> dict[str, SeriesStyle]:
+    """Return the style of each learner, which is the same in all figures of the study."""
+    learners = [name for data in stored.values() for name in data.attrs.get("learners", ())]
+    learners += [read_factors(data).learner for data in stored.values()]
+    return {
+        name: choose_style(learner_index)
+        for learner_index, name in enumerate(dict.fromkeys(learners))
+    }

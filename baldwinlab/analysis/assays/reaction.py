@@ -1,114 +1,97 @@
-"""Reaction norms: fitness by the value of a setting, in one panel per setting and map."""
+"""Evaluation of the assay `reaction`: fitness in changed settings."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Final
 
-import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import parse_experiments, read_factors
-from baldwinlab.core.assay_variables import UNCHANGED_SETTING
-from baldwinlab.experiment.paths import short_name
-
-
-class Panel(NamedTuple):
-    """Reaction norms of one setting on one map."""
-
-    # Path of the setting, or "map" for the map itself.
-    field: str
-    # Name of the setting, for labels.
-    name: str
-    # The map on which the conditions evolved.
-    map: str
-    # The values of the setting, in order.
-    values: tuple[str, ...]
-    # The values with which the conditions evolved.
-    evolved: frozenset[str]
-    # Fitness (run, position) by condition, where a position is an index of `values`.
-    norms: Mapping[str, xr.DataArray]
-
-    @property
-    def labels(self) -> list[str]:
-        """The values. The values with which conditions evolved are in parentheses."""
-        return [f"({value})" if value in self.evolved else value for value in self.values]
+from baldwinlab.analysis.assays.evaluation import (
+    BANDS_NOTE,
+    AssayFigure,
+    Evaluation,
+    QuantityValues,
+)
+from baldwinlab.analysis.assays.panels import (
+    draw_curve,
+    draw_legend,
+    start_at_zero,
+    style_learners,
+)
+from baldwinlab.analysis.assays.reaction_panels import UNCHANGED_SETTING, make_reaction_panels
+from baldwinlab.analysis.assays.values import Stored, compute_share, read_factors
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 
 
-def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
-    """Return the reaction norms of all settings on all maps."""
-    experiments = parse_experiments({"reaction": stored})
-    trees = {name: experiment.to_dict() for name, experiment in experiments.items()}
-    maps = {name: read_factors(data).map for name, data in stored.items()}
-
-    def make_panel(field: str, map_name: str) -> Panel:
-        names = [name for name in stored if maps[name] == map_name]
-        evolved = {name: _find_evolved_value(map_name, trees[name], field) for name in names}
-        norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
-        distinct_values = {value for norm in norms.values() for value in norm}
-        values = tuple(sorted(distinct_values, key=_rank_value))
-        return Panel(
-            field=field,
-            name=short_name(field, *experiments.values()),
-            map=map_name,
-            values=values,
-            evolved=frozenset(evolved.values()),
-            norms={name: _align(norm, values) for name, norm in norms.items() if norm},
-        )
-
-    fields = dict.fromkeys(
-        str(field)
-        for data in stored.values()
-        for field in data["field"].values
-        if field != UNCHANGED_SETTING
-    )
-    distinct_maps = dict.fromkeys(maps.values())
-    return [make_panel(field, map_name) for field in fields for map_name in distinct_maps]
-
-
-def _find_evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:
-    """Return the value of a setting with which a condition evolved, as the assay writes it."""
-    if field == "map":
-        return map_name
-    value: object = experiment
-    for key in field.split("."):
-        # Items of a list have numbers as keys.
-        value = _get_setting(value, key)
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
-
-
-def _get_setting(value: object, key: str) -> object:
-    if isinstance(value, list):
-        return value[int(key)]
-    return value[key] if isinstance(value, dict) else None
-
-
-def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataArray]:
-    """Return fitness (run) by value of a setting. Empty if the setting was not varied."""
+def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     fitness = data["energy"].mean("agent")
-    norm = {}
     settings = zip(data["field"].values, data["value"].values, strict=True)
-    for setting_index, (name, value) in enumerate(settings):
-        if name in (field, UNCHANGED_SETTING):
-            label = evolved if name == UNCHANGED_SETTING else str(value)
-            norm[label] = fitness.isel(setting=setting_index)
-    return norm if len(norm) > 1 else {}
+    names = [name_setting(field, value) for field, value in settings]
+    unchanged_fitness = None
+    if UNCHANGED_SETTING in names:
+        unchanged_fitness = fitness.isel(setting=names.index(UNCHANGED_SETTING))
+    for setting_index, name in enumerate(names):
+        setting_fitness = fitness.isel(setting=setting_index)
+        yield ("setting", name), setting_fitness
+        if unchanged_fitness is not None and name != UNCHANGED_SETTING:
+            yield ("setting, relative", name), compute_share(setting_fitness, unchanged_fitness)
 
 
-def _rank_value(value: str) -> tuple[float, str]:
-    """Return the order of a value: numbers by size, and texts by the alphabet at 0."""
-    try:
-        return float(value), value
-    except ValueError:
-        return 0.0, value
+def name_setting(field: str, value: str) -> str:
+    """Return the name of a changed setting, or of the setting of evolution."""
+    return UNCHANGED_SETTING if field == UNCHANGED_SETTING else f"{field} = {value}"
 
 
-def _align(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
-    """Return a norm along the dimension `position`, the index of a value in `values`."""
-    measured_values = [value for value in values if value in norm]
-    columns = [
-        norm[value].drop_vars(["field", "value", "setting"], errors="ignore")
-        for value in measured_values
-    ]
-    positions = np.array([values.index(value) for value in measured_values])
-    return xr.concat(columns, "position").assign_coords(position=positions)
+@styled
+def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
+    """Draw the fitness of the last generation in changed settings.
+
+    The figure has one row per setting, one column per map, one line per condition.
+    """
+    panels = make_reaction_panels(stored)
+    factors = {name: read_factors(data) for name, data in stored.items()}
+    styles = style_learners(stored)
+    maps = list(dict.fromkeys(panel.map for panel in panels))
+    fields = list(dict.fromkeys(panel.field for panel in panels))
+    figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
+    grid = figure.subplots(len(fields), len(maps), squeeze=False)
+    for panel in panels:
+        axes = grid[fields.index(panel.field), maps.index(panel.map)]
+        for name, fitness in panel.norms.items():
+            draw_curve(axes, fitness, styles[factors[name].learner], "", "position")
+        n_positions = len(panel.values)
+        axes.set_xticks(range(n_positions), panel.labels)
+        axes.set(xlim=(-0.4, max(n_positions, 1) - 0.6), xlabel=panel.name)
+        start_at_zero(axes)
+    for row in grid:
+        row[0].set_ylabel(unit)
+    for axes, map_name in zip(grid[0], maps, strict=True):
+        title = f"Evolved on map {map_name}" if map_name else ""
+        axes.set_title(title, loc="left", fontweight="bold")
+    draw_legend(figure, styles, stored)
+    return figure
+
+
+EVALUATION: Final = Evaluation(
+    assay="reaction",
+    order=50,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "setting": "fitness in this setting",
+        "setting, relative": "fitness relative to the setting of evolution",
+    },
+    figures=(
+        AssayFigure(
+            name="reaction-norms",
+            title="Reaction norms",
+            caption=(
+                "Fitness of the last generation in changed settings, one setting at a time. The "
+                f"setting of evolution is in parentheses. {BANDS_NOTE}"
+            ),
+            draw=draw_reaction_norms,
+            measures=("setting",),
+        ),
+    ),
+)

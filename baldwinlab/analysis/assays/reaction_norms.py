@@ -1,4 +1,4 @@
-"""Reaction norms over the amount of learning: intercept and slope, with one value per run.
+"""Evaluation of the assay `reaction-norms`: intercept and slope over the amount of learning.
 
 References
 ----------
@@ -9,13 +9,33 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.assays.evaluation import (
+    BANDS_NOTE,
+    AssayFigure,
+    EffectTable,
+    Evaluation,
+    QuantityValues,
+)
+from baldwinlab.analysis.assays.panels import (
+    NEWBORN_STYLES,
+    draw_curve,
+    label_rows,
+    list_handles,
+    make_grid,
+)
+from baldwinlab.analysis.assays.values import Stored
+from baldwinlab.analysis.figures.style import styled
 
 QUANTITY_PREFIX: Final = "reaction norm: "
 PARAMETERS: Final = ("intercept", "slope")
+MEASURES: Final = tuple(f"{QUANTITY_PREFIX}{name}" for name in PARAMETERS)
 LAST_MINUS_FIRST: Final = "last minus first generation"
 
 
@@ -36,7 +56,7 @@ def compute_parameters(data: xr.Dataset) -> dict[str, xr.DataArray]:
     return {"intercept": innate, "slope": learned - innate}
 
 
-def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.DataArray]]:
+def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     """Yield the values (run) of both parameters, their changes, and all points of the norms.
 
     Assimilation raises the intercept and lowers the slope. Both changes are invariant to a constant
@@ -47,11 +67,68 @@ def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.D
         name = f"{QUANTITY_PREFIX}{parameter}"
         for generation in generations:
             yield (name, f"generation {generation}"), values.sel(generation=generation)
-        first, last = (values.isel(generation=end, drop=True) for end in (0, -1))
-        yield (name, LAST_MINUS_FIRST), last - first
+        start, end = (values.isel(generation=index, drop=True) for index in (0, -1))
+        yield (name, LAST_MINUS_FIRST), end - start
     fitness = data["energy"].mean("agent")
     for factor in data["factor"].values.tolist():
         for generation in generations:
             point = fitness.sel(factor=factor, generation=generation)
             name = f"{QUANTITY_PREFIX}fitness with {factor:g} times the learning"
             yield (name, f"generation {generation}"), point
+
+
+@styled
+def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
+    """Draw fitness by the multiple of the amount of learning.
+
+    The figure has one panel per condition, one line per generation.
+    """
+    figure, grid = make_grid(stored, names, rows=1, height=2.3)
+    for (axes,), name in zip(grid, names, strict=True):
+        data = stored[name]
+        fitness = data["energy"].mean("agent")
+        labels = [f"{factor:g}" for factor in data["factor"].values]
+        # Factors are powers of 2 except 0, so that their order is their position.
+        positions = fitness.assign_coords(factor=np.arange(len(labels)))
+        generations = data["generation"].values.tolist()
+        for generation, style in zip(generations, NEWBORN_STYLES, strict=False):
+            norm = positions.sel(generation=generation)
+            draw_curve(axes, norm, style, f"generation {generation}", "factor")
+        axes.set_xticks(range(len(labels)), labels)
+        axes.set_xlabel("multiple of the amount of learning")
+    label_rows(grid, unit)
+    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    return figure
+
+
+TABLE: Final = EffectTable(
+    title="Reaction norms over learning",
+    explanation=(
+        "The intercept is the fitness without learning. The slope is the fitness with the learning "
+        "of the study minus the intercept. In genetic assimilation, the intercept rises and the "
+        "slope falls."
+    ),
+    time="Time",
+    columns=PARAMETERS,
+    measures={"fitness": MEASURES},
+)
+EVALUATION: Final = Evaluation(
+    assay="reaction-norms",
+    order=70,
+    compute_quantities=compute_quantities,
+    figures=(
+        AssayFigure(
+            name="learning-norms",
+            title="Reaction norms over learning",
+            caption=(
+                "Fitness of the average agent of four generations, by the multiple of the learning "
+                "rate, or of the setting that the model declares. 0 is learning off, and 1 is the "
+                "setting of the study. Genetic assimilation raises the fitness at 0 and makes the "
+                f"line flat. {BANDS_NOTE}"
+            ),
+            draw=draw_norms,
+            measures=MEASURES,
+        ),
+    ),
+    table=TABLE,
+)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays import canalization, fork, reaction_norms, sentences
+from baldwinlab.analysis.assays import sentences
 from baldwinlab.analysis.assays.analysis import (
     Analysis,
     Answer,
@@ -16,12 +16,16 @@ from baldwinlab.analysis.assays.analysis import (
     evaluate_assays,
 )
 from baldwinlab.analysis.assays.criteria import load_rules
-from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_measure
-from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.report.embedding import save_and_inline
+from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
+from baldwinlab.analysis.assays.panels import tabulate_median
+from baldwinlab.analysis.assays.phrases import fill_terms
+from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.texts import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
@@ -78,12 +82,11 @@ def make_section(
             for result in analysis.results
         },
         paper=paper_comparison,
-        fork_effects=fork.EFFECTS,
-        fork_rows=tabulate_fork(analysis),
-        norm_parameters=reaction_norms.PARAMETERS,
-        norm_rows=tabulate_reaction_norms(analysis),
-        canalization_effects=canalization.EFFECTS,
-        canalization_rows=tabulate_canalization(analysis),
+        effect_tables=[
+            (evaluation.table, tabulate_effects(analysis, evaluation.table))
+            for evaluation in load_evaluations().values()
+            if evaluation.table
+        ],
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
@@ -116,6 +119,48 @@ def _summarize(analysis: Analysis) -> str:
     return " ".join(filter(None, [*texts, analysis.too_few]))
 
 
+def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFigure]:
+    """Draw the figures of the stored assays, in the order of the report."""
+    unit = name_food_outcome(list(parse_experiments(assays).values()))
+    for assay, evaluation in load_evaluations().items():
+        stored = assays.get(assay, {})
+        names = [result.condition for result in analysis.results if result.condition in stored]
+        for figure in evaluation.figures if names else ():
+            medians = "; ".join(
+                f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
+            )
+            yield ReportFigure(
+                name=f"baldwin-{figure.name}",
+                title=figure.title,
+                caption=fill_terms(figure.caption, analysis.terms),
+                alternative=f"{figure.title}. Medians over runs: {medians}.",
+                figure=figure.draw(stored, names, unit),
+                table=_tabulate_medians(stored),
+                commands=(f"baldwinlab assay . --assays {assay}",),
+            )
+
+
+def _tabulate_medians(datasets: Stored) -> list[dict[str, Any]]:
+    """Return the data of a figure: medians over runs with their intervals, by condition."""
+    return [
+        {"condition": condition, "quantity": name, **row}
+        for condition, data in datasets.items()
+        for name, values in data.data_vars.items()
+        for row in tabulate_median(values.mean("agent") if "agent" in values.dims else values)
+    ]
+
+
+def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    numbers = [number for number in analysis.numbers if number.condition == condition]
+    texts = [
+        f"{name_measure(number.measure, analysis.terms)}, {number.when}, "
+        f"{format_number(number.median)}"
+        for number in numbers
+        if number.measure in measures
+    ]
+    return ", ".join(texts)
+
+
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     """Return the numbers of all conditions, with one row per quantity."""
     rows: dict[tuple[str, str], dict[str, Number]] = {}
@@ -130,42 +175,15 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     ]
 
 
-def tabulate_fork(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the effects in the fork assays, as `_tabulate` does."""
-    measures = {
-        name: [fork.name_quantity(effect, measure) for effect in fork.EFFECTS]
-        for measure, name in fork.MEASURES.items()
-    }
-    return _tabulate(analysis, measures)
+def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, Any]]:
+    """Return the rows of a table: the condition, the time ("start"), the measure, and the numbers.
 
-
-def tabulate_reaction_norms(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the parameters of the reaction norms, as `_tabulate` does."""
-    prefix = reaction_norms.QUANTITY_PREFIX
-    return _tabulate(
-        analysis, {"fitness": [f"{prefix}{name}" for name in reaction_norms.PARAMETERS]}
-    )
-
-
-def tabulate_canalization(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the effects of mutations and of the new world, as `_tabulate` does."""
-    measures = {
-        name: [canalization.name_quantity(effect, name) for effect in canalization.EFFECTS]
-        for name in canalization.FITNESS_BY_LIFE.values()
-    }
-    return _tabulate(analysis, measures)
-
-
-def _tabulate(analysis: Analysis, measures: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """Return the numbers of quantities, with one row per condition, time and measure.
-
-    Returns rows with the condition, the time ("start"), the measure, and the numbers. A row without
-    all numbers is omitted.
+    A row without all numbers is omitted.
     """
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers
     }
-    quantities = {quantity for columns in measures.values() for quantity in columns}
+    quantities = {quantity for columns in table.measures.values() for quantity in columns}
     times = dict.fromkeys(
         (condition, when) for condition, when, quantity in numbers if quantity in quantities
     )
@@ -177,7 +195,7 @@ def _tabulate(analysis: Analysis, measures: Mapping[str, Sequence[str]]) -> list
             "numbers": [numbers[condition, when, quantity] for quantity in columns],
         }
         for condition, when in times
-        for measure, columns in measures.items()
+        for measure, columns in table.measures.items()
         if all((condition, when, quantity) in numbers for quantity in columns)
     ]
 

@@ -17,8 +17,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import parse_generation
-from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
+from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation
 
 FINAL_SHARE: Final = 0.9
 

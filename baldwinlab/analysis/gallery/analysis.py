@@ -12,11 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import Assays, evolves_and_learns, parse_experiments
+from baldwinlab.analysis.assays.values import Assays, find_learning_conditions, parse_experiments
 from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.measures import first_generation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
@@ -79,13 +78,10 @@ def evaluate_systems(
     """
     study = _Study(data=data, mean_fitness=fitness.mean(data), last=last)
     assayed = parse_experiments(assays)
-    forked = {name for assay in FORKS for name in assays.get(assay, {})}
-    innate = assays.get("innate", {})
+    learning = find_learning_conditions(assays, assayed)
     systems = []
     for name in (name for name in experiments if name in (selected or experiments)):
-        if name not in assayed:
-            continue
-        if name not in forked and not evolves_and_learns(assayed[name], innate.get(name)):
+        if name not in learning:
             continue
         control = find_control(name, assayed)
         stored = {assay: datasets[name] for assay, datasets in assays.items() if name in datasets}

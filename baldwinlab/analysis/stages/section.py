@@ -35,8 +35,8 @@ from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.papers.claims import UNSEEN_MAPS_MEASURE
 
 RUNS_TITLE: Final = "All runs on unseen maps"
 CURVE_TITLE: Final = "Specification curve"
@@ -156,7 +156,7 @@ def make_section(results: StagedResults, directory: Path) -> Section:
             for row in results.rows
             for value in row.values
         ],
-        commands=(f"baldwinlab assay . --assays {UNSEEN_MAPS}",),
+        commands=(f"baldwinlab assay . --assays {UNSEEN_MAPS_MEASURE}",),
     )
     figures = [save_and_inline(runs_figure, folder)]
     curve = results.specifications
@@ -184,7 +184,7 @@ def _write_records(results: StagedResults, directory: Path) -> None:
     rows = [row.record() for row in results.rows]
     curve = results.specifications
     record = {
-        "outcome": UNSEEN_MAPS,
+        "outcome": UNSEEN_MAPS_MEASURE,
         "noise_controls": list(results.noise_controls),
         "maps": results.maps,
         "sha256": dict(results.digests),

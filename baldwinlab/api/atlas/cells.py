@@ -14,13 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
-from baldwinlab.core.assay_variables import (
-    ASSAY_VARIABLES,
-    HISTORIES,
-    LIFE_KINDS,
-    POPULATION,
-    REGIMES,
-)
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.record_batches import select_record
 from baldwinlab.core.variables import make_dataset
@@ -29,8 +22,15 @@ from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import innate
-from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, Fork
-from baldwinlab.studies.assays.sample import Sample
+from baldwinlab.studies.assays.assay import LIFE_KINDS, Sample
+from baldwinlab.studies.assays.catalog import get_assay
+from baldwinlab.studies.assays.fork import (
+    BRANCH_GENERATIONS,
+    HISTORIES,
+    POPULATION,
+    REGIMES,
+    Fork,
+)
 
 # Number of intervals between the measured generations.
 N_INTERVALS = 20
@@ -157,5 +157,5 @@ def _simulate(sample: Sample) -> tuple[Sample, xr.Dataset]:
 
 def _label(assay: str, arrays: Mapping[str, Any], **coordinates: Sequence[Any]) -> xr.Dataset:
     """Return the dataset of an assay."""
-    data = make_dataset(ASSAY_VARIABLES[assay], arrays, {})
+    data = make_dataset(get_assay(assay).variables, arrays, {})
     return data.assign_coords({name: np.asarray(labels) for name, labels in coordinates.items()})

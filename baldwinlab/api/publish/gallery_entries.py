@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
-from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import is_local, quote_path
 from baldwinlab.core.output_paths import is_study
@@ -17,6 +16,7 @@ from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
 from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.design import CONFIRMATION_FOLDER
 from baldwinlab.studies.assays import storage
+from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore

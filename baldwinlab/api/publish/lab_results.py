@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import isnan
 from typing import Any, Final
 
-from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
+from baldwinlab.analysis.assays.reaction_panels import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,

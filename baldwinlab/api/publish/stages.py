@@ -17,7 +17,6 @@ from baldwinlab.analysis.stages.specification_curve import (
     evaluate_specifications,
 )
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
-from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.paths import look_up
@@ -29,6 +28,7 @@ from baldwinlab.papers.design import (
     digest_files,
 )
 from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.store import StudyStore
 
 

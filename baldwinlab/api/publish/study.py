@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from baldwinlab.analysis.assays import opponents as opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
+from baldwinlab.analysis.assays.evaluation import make_own_sections, select_with_quantities
 from baldwinlab.analysis.assays.values import Assays, evolves_and_learns
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
@@ -42,12 +42,12 @@ from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.stages import describe_size, read_staged_results
-from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
+from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.run import Progress
@@ -132,17 +132,13 @@ def _write_report(
 ) -> None:
     """Write the report with the assays and the multiverse that are stored now."""
     study = plan.study
-    assays = storage.read_assays(study)
-    opponents = assays.pop(OPPONENTS, {})
-    # The claims and the comparison with noise controls use this assay.
-    assays.pop(UNSEEN_MAPS, None)
+    stored = storage.read_assays(study)
+    assays = select_with_quantities(stored)
     analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
     if changes := _make_trait_section(study, assays.get("innate", {})):
         sections.append(changes)
-    if opponents:
-        figure_folder = study.directory / "figures"
-        sections.append(opponents_section.make_section(opponents, figure_folder))
+    sections += make_own_sections(stored, study.directory / "figures")
     summary = None
     design = read_design(plan.paper) if plan.paper else None
     if plan.paper and design:

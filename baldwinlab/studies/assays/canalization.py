@@ -17,19 +17,30 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import LIFE_KINDS, WORLDS
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.mutants import make_single_mutants
 from baldwinlab.evolution.neat.operators import genome_part
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.sample import Conditions, Energy, Sample, first_middle_last
+from baldwinlab.studies.assays.assay import (
+    LIFE_KINDS,
+    OFF,
+    ON,
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Energy,
+    Sample,
+    declare_fitness,
+    first_middle_last,
+)
 
 # Smallest number of mutants per generation, unless it is limited by that of each agent.
 MIN_MUTANTS: Final = 200
 MAX_MUTANTS_OF_AGENT: Final = 10
-OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
+# The stored world, and one with other random numbers.
+WORLDS: Final = ("stored", "new")
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -55,7 +66,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_generations * n_life_kinds * (len(WORLDS) + count_mutants(experiment))
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` and `mutant_energy`.
 
     `energy` has the dimensions [run, generation, life, world, agent], and `mutant_energy` [run,
@@ -121,11 +132,31 @@ def _simulate(
     return np.stack(fitness)
 
 
-def find_obstacle(condition: str, experiment: BaseExperiment) -> str:
-    """Return why the assay is not applicable to a condition; "" if it is applicable."""
-    if genome_part(experiment).has_graph_genomes:
-        return (
-            "the assay canalization mutates one gene, and a mutation of the graph genomes of "
-            f"{condition} can change several"
-        )
-    return ""
+def find_genome_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse graph genomes."""
+    if not genome_part(experiment).has_graph_genomes:
+        return ""
+    return (
+        f"mutates one gene, and a mutation of the graph genomes of {experiment.name} can change "
+        "several"
+    )
+
+
+ASSAY: Final = Assay(
+    name="canalization",
+    question="How robust is fitness to single mutations and to a new world?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "life", "world", "agent"),
+            "fitness of the agent in this kind of lifetime and in this world",
+        ),
+        "mutant_energy": declare_fitness(
+            ("generation", "life", "mutant", "agent"),
+            "fitness of a single mutant of the agent in the stored world; NaN without a mutation",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_genome_obstacle),
+)

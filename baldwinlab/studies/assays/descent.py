@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.core.variables import Variable
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies.assays.assay import Arrays, Assay, Conditions, Sample
 
 # Maximum number of founders in a matrix of shares, which limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024
+# Bytes of a child and its parents as Python objects.
+BYTES_PER_CHILD: Final = 150
+BITS_PER_BYTE: Final = 8
+# Arrays of shares of founders in the memory of `effective_ancestors`.
+SHARE_COPIES: Final = 4
+# Copies of the sets of descendants, which have a bit for each agent.
+DESCENDANT_COPIES: Final = 2
 
 # Parents [generation, agent, 2], as agents of the previous generation.
 Parents = npt.NDArray[np.int32]
@@ -27,7 +36,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return 0
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Compute `common_ancestor_age` and `effective_ancestors` [run, generation].
 
     The values are NaN if agents inherit no genome.
@@ -47,6 +56,16 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
                     compute(record.parents.values), (0, n_missing), mode="edge"
                 )
     return {"common_ancestor_age": ages, "effective_ancestors": effective_numbers}
+
+
+def estimate_memory(experiment: Experiment, n_runs: int) -> int:
+    """Return the memory in bytes. The runs are measured one after the other."""
+    n_agents = experiment.population.size
+    n_shares = n_agents * min(n_agents, FOUNDERS_PER_BATCH)
+    share_bytes = SHARE_COPIES * np.dtype(np.float64).itemsize * n_shares
+    child_bytes = experiment.evolution.generations * BYTES_PER_CHILD
+    descendant_bytes = DESCENDANT_COPIES * n_agents // BITS_PER_BYTE
+    return n_agents * (child_bytes + descendant_bytes) + share_bytes
 
 
 def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
@@ -166,3 +185,30 @@ def format_phylogeny(parents: Parents, first_id: int = 0) -> Iterator[str]:
             parent_ids = [str(parent_generation_id + parent) for parent in distinct_parents]
             ancestors = ",".join(parent_ids) or "none"
             yield f'{generation_id + agent},"[{ancestors}]",{generation},{generation + 1}'
+
+
+ASSAY: Final = Assay(
+    name="descent",
+    question="What is the effective number of ancestors in the first generation?",
+    variables={
+        "common_ancestor_age": Variable(
+            ("run", "generation"),
+            np.float32,
+            "generations",
+            "generations since the last common ancestor of all agents; NaN without one",
+        ),
+        "effective_ancestors": Variable(
+            ("run", "generation"),
+            np.float32,
+            "agents",
+            "effective number of founders: 1 / sum of squared shares in the gene pool",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    # The assay reads stored values.
+    obstacles=(),
+    is_default=True,
+    work_bytes=estimate_memory,
+)

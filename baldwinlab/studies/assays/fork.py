@@ -10,32 +10,51 @@ If the study has no control, the assay simulates it from the founders of each ru
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import HISTORIES, MODE, REGIMES
 from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.controls import find_control
-from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.branch import Branch, evolve_genomes
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Default length of a branch, in generations.
 BRANCH_GENERATIONS: Final = 20
+# Histories and regimes of the branches.
+HISTORIES: Final = ("learner", "control")
+REGIMES: Final = ("on", "off")
+# Starts of the branches: the stored genomes, or copies of the most frequent genotype.
+POPULATION: Final = "population"
+MODE: Final = "mode"
+# Name of the assay by the start of its branches.
+FORKS: Final[Mapping[str, str]] = {POPULATION: "fork", MODE: "fork-mode"}
+QUESTIONS: Final = {
+    POPULATION: (
+        "Did evolution with learning lead to better genomes, and does learning guide or hide now?"
+    ),
+    MODE: "The same question, for copies of the most frequent genotype.",
+}
 
 
 @dataclass(frozen=True)
 class Fork:
-    """The assay with one kind of start."""
+    """Branches with one kind of start."""
 
-    start: str  # POPULATION for the stored genomes, MODE for copies of the most frequent genotype.
+    start: str
     # Number of generations from the start to the end of a branch.
     generations: int = BRANCH_GENERATIONS
 
@@ -58,7 +77,7 @@ class Fork:
         lives_of_history = len(REGIMES) * branch_lives + 1
         return lives_of_control + len(HISTORIES) * lives_of_history
 
-    def measure(self, sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    def measure(self, sample: Sample) -> Arrays:
         """Measure `innate_fitness` and `fitness` [run, generation, history, regime, agent]."""
         start = sample.experiment.evolution.generations - 1
         control = sample.control or simulate_control(sample)
@@ -145,25 +164,39 @@ def copy_mode(population: Genome) -> Genome:
     return np.ascontiguousarray(np.broadcast_to(mode, population.shape))
 
 
-def find_obstacles(name: str, experiment: BaseExperiment) -> Iterator[str]:
-    """Yield a sentence for each reason why a fork is not applicable to a condition."""
+def find_evolution_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse conditions without learning or without inherited genomes."""
     if not experiment.learns:
-        yield f"the assay {name} needs a condition that learns"
-    elif experiment.evolution.inheritance == "none":
-        yield f"the assay {name} measures effects of evolution, which needs inherited genomes"
+        return "needs a condition that learns"
+    if experiment.evolution.inheritance == "none":
+        return "measures effects of evolution, which needs inherited genomes"
+    return ""
 
 
-def describe_branches(
-    experiments: Mapping[str, BaseExperiment], condition: str, generations: int
-) -> dict[str, Any]:
-    """Return the attributes of the dataset of a fork, in addition to those of every assay.
+def declare_fork(start: str, generations: int = BRANCH_GENERATIONS) -> Assay:
+    """Return the assay with one kind of start, and with branches of a number of generations."""
+    fork = Fork(start, generations)
+    dims = ("generation", "history", "regime", "agent")
+    return Assay(
+        name=FORKS[start],
+        question=QUESTIONS[start],
+        variables={
+            "innate_fitness": declare_fitness(
+                dims, "fitness without learning at the end of the branch"
+            ),
+            "fitness": declare_fitness(dims, "fitness in the regime of the branch, at its end"),
+        },
+        coordinates=fork.coordinates,
+        count_lives=fork.count_lives,
+        measure=fork.measure,
+        obstacles=(*SIMULATION_OBSTACLES, find_evolution_obstacle),
+        uses_control=True,
+        with_branches=partial(declare_fork, start),
+        attributes={"generations": generations},
+        # Those of the learner, of the control and of a branch.
+        n_records=3,
+    )
 
-    The name of the control is "" if the study does not have it.
-    """
-    control = find_control(condition, experiments)
-    experiment = experiments[control] if control else experiments[condition].without_learning()
-    return {
-        "control": control,
-        "control_experiment": to_toml(experiment),
-        "generations": generations,
-    }
+
+FORK: Final = declare_fork(POPULATION)
+FORK_MODE: Final = declare_fork(MODE)

@@ -11,16 +11,30 @@ The ideas are from G. E. Hinton and S. J. Nowlan, How learning can guide evoluti
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import LIFE_KINDS
+from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    DRIFT,
+    FROZEN,
+    LIFE_KINDS,
+    OFF,
+    ON,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+    find_archive_obstacle,
+    find_birth_obstacle,
+    find_species_obstacle,
+)
 
 AnyExperiment = TypeVar("AnyExperiment", bound=BaseExperiment)
 # Maximum number of assayed generations in addition to the last one.
@@ -45,14 +59,12 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_lives + len(drift_generations(experiment))
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` and `distance` in the assayed generations."""
     return measure_generations(sample, assayed_generations(sample.experiment))
 
 
-def measure_generations(
-    sample: Sample, generations: Sequence[int]
-) -> Mapping[str, npt.NDArray[Any]]:
+def measure_generations(sample: Sample, generations: Sequence[int]) -> Arrays:
     """Measure `energy` and `distance` in the given generations.
 
     `energy` has the dimensions [run, generation, life, agent], and `distance` [run, generation,
@@ -75,7 +87,7 @@ def _copy_stored_energy(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
     """Copy the stored energy: agents that do not learn have one kind of lifetime."""
-    energy[LIFE_KINDS.index("off")] = sample.energy(generation)
+    energy[OFF] = sample.energy(generation)
 
 
 def _measure_learners(
@@ -85,15 +97,15 @@ def _measure_learners(
     genomes = sample.genomes(generation)
     without_learning = sample.experiment.without_learning()
     learners = sample.simulate_as_evolved(generation, genomes)
-    energy[LIFE_KINDS.index("on")] = learners.energy
+    energy[ON] = learners.energy
     innate = sample.simulate(without_learning, generation, genomes)
-    energy[LIFE_KINDS.index("off")] = innate.energy
+    energy[OFF] = innate.energy
     # A schedule can switch learning off.
     learns = sample.experiment.at(generation).learns
     if learns and generation in drift_generations(sample.experiment):
         with_drift = set_drift_control(sample.experiment)
         drifters = sample.simulate(with_drift, generation, genomes)
-        energy[LIFE_KINDS.index("drift")] = drifters.energy
+        energy[DRIFT] = drifters.energy
     if not learners.has_learned_weights:
         return
     n_weights = learners.weights.shape[-1]
@@ -103,7 +115,7 @@ def _measure_learners(
     frozen_genomes = genomes.copy()
     frozen_genomes[:, :, 0, :n_weights] = learners.weights
     frozen = sample.simulate(without_learning, generation, frozen_genomes)
-    energy[LIFE_KINDS.index("frozen")] = frozen.energy
+    energy[FROZEN] = frozen.energy
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
@@ -172,3 +184,37 @@ def weight_distances(
     sums = [layer_squares.sum(axis=-1) for layer_squares in squares_by_layer]
     distances: npt.NDArray[np.float64] = np.sqrt(np.stack(sums))
     return distances
+
+
+def find_fitness_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse a fitness that a simulation cannot repeat. Without learning, nothing is simulated."""
+    return find_archive_obstacle(experiment) if experiment.learns else ""
+
+
+def list_variants(experiment: BaseExperiment) -> Iterator[BaseExperiment]:
+    """Yield the drift control, if the assay simulates it."""
+    if experiment.learns and drift_generations(experiment):
+        yield set_drift_control(experiment)
+
+
+ASSAY: Final = Assay(
+    name="innate",
+    question="How much of the fitness is innate, and how much is learned?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "life", "agent"), "fitness in this kind of lifetime"
+        ),
+        "distance": Variable(
+            ("run", "generation", "layer", "agent"),
+            np.float32,
+            "1",
+            "distance of the weights of a layer between birth and death",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(find_fitness_obstacle, find_birth_obstacle, find_species_obstacle),
+    is_default=True,
+    variants=list_variants,
+)

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.evolution import Genome
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
-BOTH_EVOLVED = "both evolved"
 MODULE_COMBINATIONS = (
-    BOTH_EVOLVED,
+    "both evolved",
     "evolved reinforcement, random action",
     "random reinforcement, evolved action",
     "both random",
@@ -28,7 +34,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return len(MODULE_COMBINATIONS)
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, modules, agent].
 
     In all cases, an agent has the same initial position and the same random modules.
@@ -52,3 +58,24 @@ def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
     # The dimensions are [run, agent, module, weight]. Module 0 selects the action, and module 1 is
     # the reinforcement module.
     return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)
+
+
+def find_module_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse agents without a reinforcement module."""
+    if "reinforcement" in experiment.modules:
+        return ""
+    return "needs agents with a reinforcement module"
+
+
+ASSAY: Final = Assay(
+    name="modules",
+    question="Which module contains the evolved information?",
+    variables={
+        "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
+    is_default=True,
+)

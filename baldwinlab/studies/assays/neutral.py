@@ -10,13 +10,12 @@ The neutral model as a baseline is from M. Kimura, Evolutionary rate at the mole
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import LIFE_KINDS, NEUTRAL_NEWBORNS
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -26,18 +25,29 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    LIFE_KINDS,
+    OFF,
+    ON,
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Maximum number of compared generations. A single generation depends on initial positions.
 MAX_GENERATIONS = 10
-OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
+# Evolved newborns, and newborns of random parents.
+NEWBORNS: Final = ("evolved", "neutral control")
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     generations = np.array(assayed_generations(study.experiments[condition]), np.int32)
     return {
         "generation": generations,
-        "newborns": list(NEUTRAL_NEWBORNS),
+        "newborns": list(NEWBORNS),
         "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
     }
 
@@ -55,7 +65,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_lives
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, generation, newborns, life, agent].
 
     The energy with learning on is NaN if agents do not learn.
@@ -64,7 +74,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     compared = assayed_generations(experiment)
     n_life_kinds = len((OFF, ON))
     n_agents = experiment.population.size
-    shape = (len(compared), len(NEUTRAL_NEWBORNS), n_life_kinds, len(sample.runs), n_agents)
+    shape = (len(compared), len(NEWBORNS), n_life_kinds, len(sample.runs), n_agents)
     energy = np.full(shape, np.nan)
     control = experiment.neutral_control()
     genomes = np.stack(
@@ -94,7 +104,7 @@ def _compare(
     energy: npt.NDArray[Any],
 ) -> None:
     """Fill `energy` [newborns, life, run, agent]; `learners` are the controls with learning on."""
-    # The order of `NEUTRAL_NEWBORNS`.
+    # The order of `NEWBORNS`.
     evolved_energy, control_energy = energy
     without_learning = sample.experiment.without_learning()
     control_energy[OFF] = sample.simulate(without_learning, generation, controls).energy
@@ -135,3 +145,35 @@ def _inherits_learned(experiment: BaseExperiment) -> bool:
         segment.part("evolution.inheritance").wants_learned(segment)
         for _, segment in experiment.segments()
     )
+
+
+def find_selection_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse conditions without inherited genomes or without selection."""
+    if experiment.evolution.inheritance == "none":
+        return "measures effects of selection, which needs inherited genomes"
+    if experiment.evolution.selection == "neutral":
+        return "measures effects of selection, but parents are chosen at random"
+    return ""
+
+
+def list_variants(experiment: BaseExperiment) -> Iterator[BaseExperiment]:
+    """Yield the neutral control."""
+    yield experiment.neutral_control()
+
+
+ASSAY: Final = Assay(
+    name="neutral",
+    question="Did selection produce the behavior, or did it arise by chance?",
+    variables={
+        "energy": declare_fitness(
+            ("generation", "newborns", "life", "agent"),
+            "fitness of these newborns in this kind of lifetime",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_selection_obstacle),
+    is_default=True,
+    variants=list_variants,
+)

@@ -20,11 +20,19 @@ from itertools import product
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+    find_archive_obstacle,
+    find_birth_obstacle,
+    find_model_obstacle,
+)
 
 N_GENERATIONS: Final = 5
 """Maximum number of generations of each species that meet."""
@@ -48,7 +56,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return 1 + n_generations**2 * N_WORLDS
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, first generation, second generation, species]."""
     generations = assayed_generations(sample.experiment)
     genomes = [sample.genomes(generation) for generation in generations]
@@ -80,14 +88,30 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
     return sorted({*stored, last_generation})
 
 
-def find_obstacle(experiment: BaseExperiment) -> str:
-    """Return a sentence that says why the assay is not applicable; "" if it is applicable."""
-    if not isinstance(experiment, Experiment):
-        return f"the assay opponents needs the model miniworld, not {experiment.model}"
+def find_opponent_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse conditions without two species that evolve separately."""
     is_separate = experiment.evolution.compete != ACROSS
-    if len(experiment.population.species) != 2 or not is_separate:
-        return (
-            "the assay opponents needs two species that evolve separately "
-            '(evolution.compete = "within")'
-        )
-    return ""
+    if len(experiment.population.species) == 2 and is_separate:
+        return ""
+    return 'needs two species that evolve separately (evolution.compete = "within")'
+
+
+ASSAY: Final = Assay(
+    name="opponents",
+    question="Do two species that evolve together improve against the same opponents?",
+    variables={
+        "energy": declare_fitness(
+            ("first_generation", "second_generation", "species"),
+            "mean fitness of the agents of a species when these generations meet",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(
+        find_archive_obstacle,
+        find_birth_obstacle,
+        find_model_obstacle,
+        find_opponent_obstacle,
+    ),
+)

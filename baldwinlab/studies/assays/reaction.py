@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import UNCHANGED_SETTING
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    OnMap,
+    Sample,
+    declare_fitness,
+    find_model_obstacle,
+    list_other_maps,
+    select_last_settings,
+)
 
+# Name of the unchanged setting.
+UNCHANGED_SETTING = "as evolved"
 # Factors of the number of items, of the visual radius and of the learning rate.
 ITEM_COUNT_FACTORS = (0.25, 0.5, 2, 4)
 VISUAL_RADIUS_FACTORS = (0.25, 0.5, 2)
@@ -27,7 +38,7 @@ class ChangedSetting(NamedTuple):
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    all_settings = list_settings(study.experiments[condition], other_maps(study, condition))
+    all_settings = list_settings(study.experiments[condition], list_other_maps(study, condition))
     return {
         "setting": np.arange(len(all_settings), dtype=np.int32),
         "field": ("setting", [setting.field for setting in all_settings]),
@@ -36,15 +47,10 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
 
 
 def count_lives(study: Conditions, condition: str) -> int:
-    return len(list_settings(study.experiments[condition], other_maps(study, condition)))
+    return len(list_settings(study.experiments[condition], list_other_maps(study, condition)))
 
 
-def _last_settings(experiment: Experiment) -> Experiment:
-    """Return the settings of the last generation, which the assay simulates again."""
-    return experiment.at(experiment.evolution.generations - 1)
-
-
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, setting, agent]."""
     last_generation = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last_generation)
@@ -57,28 +63,13 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
     """Return the last settings of a condition: the original first, then each distinct change."""
-    experiment = _last_settings(experiment)
+    experiment = select_last_settings(experiment)
     distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
     map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
     for setting in (*map_changes, *_scale_settings(experiment)):
         if all(setting.experiment != earlier.experiment for earlier in distinct):
             distinct.append(setting)
     return distinct
-
-
-def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """Return the last settings of a condition on each map that its learner has in the study."""
-    experiment = _last_settings(study.experiments[condition])
-    factors = study.factors[condition]
-    maps: list[OnMap] = []
-    for candidate_name, candidate in study.factors.items():
-        if factors.map and candidate.map and candidate.learner == factors.learner:
-            world = _last_settings(study.experiments[candidate_name]).world
-            moved_experiment = experiment.replace(world=world)
-            on_map = (candidate.map, moved_experiment)
-            if moved_experiment != experiment and on_map not in maps:
-                maps.append(on_map)
-    return tuple(maps)
 
 
 def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
@@ -102,3 +93,18 @@ def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
             except ExperimentError:
                 continue
             yield ChangedSetting(field, f"{value:g}", changed)
+
+
+ASSAY: Final = Assay(
+    name="reaction",
+    question="How does fitness change if one setting changes?",
+    variables={
+        "energy": declare_fitness(("setting", "agent"), "fitness in this setting"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle),
+    is_default=True,
+    uses_other_maps=True,
+)

@@ -15,15 +15,22 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import LEARNING_FACTORS
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+)
 
 # Number of generations at equal distances, from the first to the last.
 N_GENERATIONS: Final = 4
+# Multiples of the amount of learning. 0 is learning off.
+LEARNING_FACTORS: Final = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -40,7 +47,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     )
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, generation, factor, agent].
 
     The energy is NaN for a factor whose amount of learning is not valid.
@@ -94,13 +101,29 @@ def learning_amount(experiment: BaseExperiment) -> tuple[str, str]:
     return table_name(experiment.model), experiment.model_part.learning_amount
 
 
-def find_obstacle(condition: str, experiment: BaseExperiment) -> str:
-    """Return why the assay is not applicable to a condition; "" if it is applicable."""
+def find_learning_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse conditions without an amount of learning."""
     if not experiment.learns:
-        return "the assay reaction-norms needs a condition that learns"
+        return "needs a condition that learns"
     if not learning_amount(experiment)[1]:
         return (
-            "the assay reaction-norms scales a learning rate or a number of trials, and the model "
-            f"{experiment.model} of {condition} declares none"
+            f"scales a learning rate or a number of trials, and the model {experiment.model} of "
+            f"{experiment.name} declares none"
         )
     return ""
+
+
+ASSAY: Final = Assay(
+    name="reaction-norms",
+    question=("How does fitness depend on the amount of learning, early and late in evolution?"),
+    variables={
+        "energy": declare_fitness(
+            ("generation", "factor", "agent"),
+            "fitness with this multiple of the amount of learning; NaN if it is not valid",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
+)

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from baldwinlab._version import __version__
-from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location, quote_path
-from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
+from baldwinlab.studies.assays.catalog import get_assay, get_assays, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run_samples import sample_runs
@@ -30,7 +29,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     run, or if its file is damaged.
     """
     study = StudyStore(parse_location(directory))
-    require_assay_names([assay])
+    get_assay(assay)
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
@@ -105,7 +104,7 @@ def find_missing_assays(
     `generations`: number of generations of the branches of a fork. Unless given, any number
     matches.
     """
-    require_assay_names(names)
+    get_assays(names)
     study.require_runs()
 
     def is_missing(name: str, condition: str) -> bool:
@@ -125,7 +124,7 @@ def _is_done(study: StudyStore, name: str, condition: str, generations: int | No
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
-    if name in FORKS and generations not in (None, data.attrs["generations"]):
+    if generations is not None and generations != data.attrs.get("generations", generations):
         return False
     actual = (data.attrs.get("condition"), data.attrs.get("baldwinlab"), data.run.values.tolist())
     return actual == (condition, __version__, sample_runs(study, condition))

@@ -16,15 +16,13 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays import fork, innate, reaction
-from baldwinlab.studies.assays.catalog import ASSAYS, Arrays, get_assay
-from baldwinlab.studies.assays.sample import OnMap, Sample
+from baldwinlab.studies.assays.assay import Arrays, OnMap, Sample, list_other_maps
+from baldwinlab.studies.assays.catalog import get_assay, get_assays
 from baldwinlab.studies.assays.storage import assay_path, encode_assay
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import read_record, write_in_study
@@ -41,9 +39,10 @@ class AssayTask(NamedTuple):
     names: tuple[str, ...]
     other_maps: tuple[OnMap, ...]
     agent_steps: int
-    # No-learning control of the study, if any, and number of generations of a fork.
+    # No-learning control, if the study has one and an assay uses it.
     control: Experiment | None = None
-    generations: int = fork.BRANCH_GENERATIONS
+    # Number of generations of branches; None for the default.
+    generations: int | None = None
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -82,11 +81,9 @@ class TaskResults(NamedTuple):
 
 
 def count_assay_steps(
-    study: StudyStore,
-    missing: Mapping[str, Sequence[str]],
-    generations: int = fork.BRANCH_GENERATIONS,
+    study: StudyStore, missing: Mapping[str, Sequence[str]], generations: int | None = None
 ) -> int:
-    """Return the number of agent-steps of these assays; `generations` is the length of a fork."""
+    """Return the number of agent-steps of these assays; `generations` is that of branches."""
     return sum(
         _agent_steps_of_run(study, condition, names, generations)
         * len(sample_runs(study, condition))
@@ -95,7 +92,7 @@ def count_assay_steps(
 
 
 def _agent_steps_of_run(
-    study: StudyStore, condition: str, names: Sequence[str], generations: int
+    study: StudyStore, condition: str, names: Sequence[str], generations: int | None
 ) -> int:
     experiment = study.experiments[condition]
     lives = sum(get_assay(name, generations).count_lives(study, condition) for name in names)
@@ -113,12 +110,19 @@ def _experiments_to_compile(
         yield experiment
         if experiment.learns:
             yield experiment.without_learning()
-            if "innate" in names and innate.drift_generations(experiment):
-                yield innate.set_drift_control(experiment)
-        if "neutral" in names:
-            yield experiment.neutral_control()
-        if FORKS.keys() & names and (control := find_control(condition, study.experiments)):
-            yield study.experiments[control]
+        for assay in get_assays(names):
+            yield from assay.variants(experiment)
+        if control := _find_used_control(study, condition, names):
+            yield control
+
+
+def _find_used_control(
+    study: StudyStore, condition: str, names: Sequence[str]
+) -> Experiment | None:
+    """Return the no-learning control, if the study has it and one of the assays uses it."""
+    if not any(assay.uses_control for assay in get_assays(names)):
+        return None
+    return study.experiments.get(find_control(condition, study.experiments))
 
 
 def run_assays(
@@ -129,7 +133,7 @@ def run_assays(
     log: Callable[[str], None],
     *,
     executor: Executor = THREADS,
-    generations: int = fork.BRANCH_GENERATIONS,
+    generations: int | None = None,
 ) -> None:
     """Measure the missing assays in parallel, and store a condition when all its runs are done.
 
@@ -164,7 +168,7 @@ def run_assays(
 
 
 def _plan_tasks(
-    study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int, generations: int
+    study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int, generations: int | None
 ) -> list[AssayTask]:
     """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
     total_runs = sum(len(sample_runs(study, condition)) for condition in missing)
@@ -179,15 +183,18 @@ def _plan_tasks(
 
 
 def _make_tasks(
-    study: StudyStore, condition: str, names: tuple[str, ...], runs_per_task: int, generations: int
+    study: StudyStore,
+    condition: str,
+    names: tuple[str, ...],
+    runs_per_task: int,
+    generations: int | None,
 ) -> Iterator[AssayTask]:
     """Yield the tasks of a condition with at most `runs_per_task` runs each."""
     runs = sample_runs(study, condition)
     steps_per_run = _agent_steps_of_run(study, condition, names, generations)
-    maps = reaction.other_maps(study, condition) if "reaction" in names else ()
-    control = None
-    if FORKS.keys() & names:
-        control = study.experiments.get(find_control(condition, study.experiments))
+    uses_maps = any(assay.uses_other_maps for assay in get_assays(names))
+    maps = list_other_maps(study, condition) if uses_maps else ()
+    control = _find_used_control(study, condition, names)
     for start in range(0, len(runs), runs_per_task):
         task_runs = tuple(runs[start : start + runs_per_task])
         yield AssayTask(
@@ -202,7 +209,7 @@ def _make_tasks(
 
 
 def _store_results(
-    study: StudyStore, condition: str, measured: list[TaskResults], generations: int
+    study: StudyStore, condition: str, measured: list[TaskResults], generations: int | None
 ) -> None:
     """Concatenate the results of a condition in the order of its runs, and store each assay."""
     measured.sort(key=lambda task_results: task_results.task.runs)
@@ -211,17 +218,18 @@ def _store_results(
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:
-        declared = ASSAY_VARIABLES[name]
+        assay = get_assay(name, generations)
         arrays = {
             variable: np.concatenate([results[name][variable] for _, results in measured])
-            for variable in declared
+            for variable in assay.variables
         }
         attributes = _provenance(study, condition)
-        if name in FORKS:
-            attributes |= fork.describe_branches(study.experiments, condition, generations)
-        data = variables.make_dataset(declared, arrays, attributes)
+        if assay.uses_control:
+            attributes |= _describe_control(study, condition)
+        attributes |= assay.attributes
+        data = variables.make_dataset(assay.variables, arrays, attributes)
         data = data.assign_coords(run=runs)
-        data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
+        data = data.assign_coords(assay.coordinates(study, condition))
         if "agent" in data.dims:
             data = data.assign_coords(agent=agents)
         path = assay_path(study.directory, name, condition)
@@ -236,3 +244,12 @@ def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
         "experiment": experiment,
         "baldwinlab": __version__,
     }
+
+
+def _describe_control(study: StudyStore, condition: str) -> dict[str, Any]:
+    """Return the name and the experiment of the control; the name is "" if the study lacks it."""
+    control = find_control(condition, study.experiments)
+    experiment = (
+        study.experiments[control] if control else study.experiments[condition].without_learning()
+    )
+    return {"control": control, "control_experiment": to_toml(experiment)}

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import ASSAY_FILE, quote_path, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.studies.assays.catalog import get_assay, load_assays
 
 # Format of the file of an assay.
 ASSAY_FORMAT: Final = 2
@@ -48,12 +48,12 @@ def encode_assay(data: xr.Dataset) -> bytes:
 
 
 def read_assays(
-    study: AssayedStudy, names: Iterable[str] = tuple(ASSAY_VARIABLES)
+    study: AssayedStudy, names: Iterable[str] | None = None
 ) -> dict[str, dict[str, xr.Dataset]]:
-    """Read the stored assays of a study."""
+    """Read the stored assays of a study; all assays unless `names` are given."""
     assays: dict[str, dict[str, xr.Dataset]] = {}
     learners = list(dict.fromkeys(factors.learner for factors in study.factors.values()))
-    for assay in names:
+    for assay in load_assays() if names is None else names:
         folder = study.directory / "assays" / assay
         stored = [
             path.relative_to(folder).with_suffix("").as_posix()
@@ -142,22 +142,23 @@ def _parse_fields(text: str) -> dict[str, Any]:
     return from_toml(text, source="the assay", lenient=True).to_dict()
 
 
-def _is_declared(data: xr.Dataset, assay: str) -> bool:
+def _is_declared(data: xr.Dataset, name: str) -> bool:
     """Return whether a dataset has the attributes, variables and coordinates of an assay."""
-    declared = ASSAY_VARIABLES[assay]
+    assay = get_assay(name)
+    declared = assay.variables
     present_names = [name for name in declared if name in data]
     coordinate_dims = {dim for coordinate in data.coords.values() for dim in coordinate.dims}
     # The coordinate of agents is optional.
     coordinate_dims.add("agent")
     try:
         _parse_fields(data.attrs["experiment"])
-        if assay in FORKS:
+        if assay.uses_control:
             _parse_fields(data.attrs["control_experiment"])
-            int(data.attrs["generations"])
     except (KeyError, TypeError, AttributeError, ExperimentError):
         return False
+    has_attributes = assay.attributes.keys() <= data.attrs.keys()
     has_runs = "run" in data.coords and data["run"].dtype.kind == "i"
-    if not present_names or not has_runs:
+    if not present_names or not has_runs or not has_attributes:
         return False
     for name in present_names:
         dims = set(declared[name].dims)

@@ -15,9 +15,19 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.studies.assays.assay import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    declare_fitness,
+    find_model_obstacle,
+)
 
+UNSEEN_MAPS: Final = "unseen-maps"
+"""Name of the assay."""
 N_MAPS: Final = 20
 N_LIVES: Final = 1 + N_MAPS
 """One life on the map of the condition verifies the stored run."""
@@ -57,7 +67,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return N_LIVES
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, map]: the mean over the agents of the last generation."""
     n_generations = sample.experiment.evolution.generations
     genomes = sample.genomes(n_generations - 1)
@@ -157,3 +167,22 @@ def _list_fields(world: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _move(edges: Sequence[float], shift: int) -> list[float]:
     return [edge + shift for edge in edges]
+
+
+def find_food_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse maps without food."""
+    is_empty = isinstance(experiment, Experiment) and not experiment.world.food
+    return f"needs a map with food, and {experiment.name} has none" if is_empty else ""
+
+
+ASSAY: Final = Assay(
+    name=UNSEEN_MAPS,
+    question="How much does a population eat on maps on which it has not evolved?",
+    variables={
+        "energy": declare_fitness(("map",), "mean fitness of the agents on this map"),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle, find_food_obstacle),
+)

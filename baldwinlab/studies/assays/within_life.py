@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
+from baldwinlab.core.variables import Variable
 from baldwinlab.evolution import Genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.simulation import memory
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
-from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
+from baldwinlab.studies.assays.assay import (
+    Arrays,
+    Assay,
+    Conditions,
+    Sample,
+    find_birth_obstacle,
+    find_model_obstacle,
+    find_species_obstacle,
+    first_middle_last,
+)
 
 # Length of a window of the lifetime, in steps; the last window can be shorter.
 WINDOW_STEPS = 250
+# Name of newborns with random genomes.
+RANDOM_NEWBORNS: Final = "random genome"
+# Stored states in the bisection for the step of the first meal.
+SAVED_STATES: Final = 10
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -34,7 +49,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     return n_random + len(generations)
 
 
-def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+def measure(sample: Sample) -> Arrays:
     """Measure `eaten_in_window` [run, newborns, window, agent] and `first_meal`.
 
     `first_meal` [run, newborns, agent] is the step of the first meal, NaN without one.
@@ -68,3 +83,35 @@ def _measure_newborns(
     # The recorded time is the number of steps done. The meal was in the step before.
     first_meal_step = first_meal.values - 1
     return eaten_in_window.swapaxes(0, 1), first_meal_step
+
+
+def estimate_memory(experiment: Experiment, n_runs: int) -> int:
+    """Return the memory in bytes of the states that are simulated at the same time."""
+    return SAVED_STATES * memory.simulation_bytes(experiment, n_runs)
+
+
+ASSAY: Final = Assay(
+    name="within-life",
+    question="When in life does an agent eat?",
+    variables={
+        "eaten_in_window": Variable(
+            ("run", "newborns", "window", "agent"),
+            np.int32,
+            "items",
+            "items eaten in this part of the lifetime",
+        ),
+        "first_meal": Variable(
+            ("run", "newborns", "agent"),
+            np.float32,
+            "steps",
+            "step in which the agent first ate; NaN if it never ate",
+        ),
+    },
+    coordinates=coordinates,
+    count_lives=count_lives,
+    measure=measure,
+    # Eaten items do not depend on the measure of fitness.
+    obstacles=(find_birth_obstacle, find_species_obstacle, find_model_obstacle),
+    is_default=True,
+    work_bytes=estimate_memory,
+)

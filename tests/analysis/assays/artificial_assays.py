@@ -11,13 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, LEARNING_FACTORS, LIFE_KINDS, WORLDS
-from baldwinlab.core.assay_variables import NEUTRAL_NEWBORNS as NEWBORNS_COMPARED
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
+from baldwinlab.studies.assays.assay import LIFE_KINDS
+from baldwinlab.studies.assays.canalization import WORLDS
+from baldwinlab.studies.assays.catalog import load_assays
+from baldwinlab.studies.assays.neutral import NEWBORNS as NEWBORNS_COMPARED
+from baldwinlab.studies.assays.reaction_norms import LEARNING_FACTORS
 from baldwinlab.studies.store import StudyStore
 
 RUNS = 12
@@ -96,7 +99,7 @@ def _make_dataset(
         "seed": 1,
         **factors()[condition]._asdict(),
     }
-    return make_dataset(ASSAY_VARIABLES[assay], arrays, provenance).assign_coords(
+    return make_dataset(load_assays()[assay].variables, arrays, provenance).assign_coords(
         coords | {"run": np.arange(runs)}
     )
 

@@ -15,8 +15,8 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult, evaluate_assays
 from baldwinlab.analysis.assays.criteria import combine_verdicts, load_criteria
+from baldwinlab.analysis.assays.evaluation import compute_quantities
 from baldwinlab.analysis.assays.section import write_analysis
-from baldwinlab.analysis.assays.values import compute_quantities
 from tests.analysis.assays.artificial_assays import (
     constant,
     innate,

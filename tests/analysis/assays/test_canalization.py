@@ -7,8 +7,14 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.canalization import BUFFERING, DECLINE, EFFECTS, compute_effects
-from baldwinlab.analysis.assays.section import tabulate_canalization
+from baldwinlab.analysis.assays.canalization import (
+    BUFFERING,
+    DECLINE,
+    EFFECTS,
+    TABLE,
+    compute_effects,
+)
+from baldwinlab.analysis.assays.section import tabulate_effects
 from tests.analysis.assays.artificial_assays import canalization
 
 A = "evo+self-taught/A"
@@ -71,7 +77,7 @@ def test_buffering_and_decline_are_shares_of_the_sensitivity() -> None:
 def test_a_condition_without_learning_has_rows_of_innate_fitness_only() -> None:
     data = canalization("evo/A", (4, 2, 1))
     data = data.where(data["life"] == "off")
-    rows = tabulate_canalization(evaluate_assays({"canalization": {"evo/A": data}}))
+    rows = tabulate_effects(evaluate_assays({"canalization": {"evo/A": data}}), TABLE)
     assert [row["measure"] for row in rows] == ["innate fitness"] * 3
     # The standard deviation of fitness is 2.
     assert [row["numbers"][0].median for row in rows] == pytest.approx([2, 1, 0.5])

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis.assays import figures
+from baldwinlab.analysis.assays.evaluation import load_evaluations
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
@@ -18,38 +18,40 @@ from tests.analysis.assays.artificial_assays import constant, innate, make_all_a
 A = "evo+self-taught/A"
 B = "evo+self-taught/B"
 
-DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
-    "lives": figures.draw_innate_and_learned,
-    "learning": figures.draw_gain_and_distance,
-    "within-life": figures.draw_within_life,
-    "modules": figures.draw_modules,
-    "reaction-norms": figures.draw_reaction_norms,
-    "descent": figures.draw_descent,
-    "learning-norms": figures.draw_norms,
+FIGURES = {
+    figure.name: (assay, figure)
+    for assay, evaluation in load_evaluations().items()
+    for figure in evaluation.figures
 }
+
+
+def draw(name: str, assays: Assays, conditions: Sequence[str]) -> Figure:
+    """Draw the figure of a name."""
+    assay, figure = FIGURES[name]
+    return figure.draw(assays[assay], conditions, "fitness")
 
 
 @pytest.mark.parametrize(
     "name",
     [
         pytest.param(name, marks=[pytest.mark.nightly] * (name not in ("lives", "within-life")))
-        for name in DRAW
+        for name in FIGURES
     ],
 )
 def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> None:
     assays = make_all_assays()
-    figure = DRAW[name](assays, [A, B], "fitness")
-    assert to_svg(DRAW[name](assays, [A, B], "fitness")) == to_svg(figure)
+    figure = draw(name, assays, [A, B])
+    assert to_svg(draw(name, assays, [A, B])) == to_svg(figure)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
 
 
-@pytest.mark.parametrize("name", DRAW)
+@pytest.mark.parametrize("name", FIGURES)
 def test_a_single_run_is_drawn_without_a_warning(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert to_svg(DRAW[name](make_all_assays(runs=1), [A, B], "fitness"))
+        assert to_svg(draw(name, make_all_assays(runs=1), [A, B]))
 
 
 def test_three_conditions_have_two_rows_and_missing_kinds_of_life_are_left_out() -> None:
@@ -59,7 +61,7 @@ def test_three_conditions_have_two_rows_and_missing_kinds_of_life_are_left_out()
         B: bare.assign_attrs(map="B"),
         "mine": bare.assign_attrs(learner="mine", map=""),
     }
-    figure = figures.draw_innate_and_learned({"innate": stored}, [A, B, "mine"], "fitness")
+    figure = draw("lives", {"innate": stored}, [A, B, "mine"])
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [title for axes in shown if (title := axes.get_title("left"))]
     assert titles == ["Map A, evo+self-taught", "Map B, evo+self-taught", "mine"]
@@ -73,14 +75,14 @@ def test_weight_changes_are_drawn_if_a_model_has_weights() -> None:
     )
     with_weights = without_weights.assign(distance=without_weights["distance"].fillna(1.0))
     panels = [
-        len(figures.draw_gain_and_distance({"innate": {A: data}}, [A], "fitness").axes)
+        len(draw("learning", {"innate": {A: data}}, [A]).axes)
         for data in (with_weights, without_weights)
     ]
     assert panels == [2, 1]
 
 
 def test_a_reaction_norm_marks_the_value_of_evolution() -> None:
-    figure = figures.draw_reaction_norms(make_all_assays(), [], "fitness")
+    figure = draw("reaction-norms", make_all_assays(), [])
     labels = [[tick.get_text() for tick in axes.get_xticklabels()] for axes in figure.axes]
     assert (
         ["10", "(50)", "100"] in labels
@@ -93,6 +95,6 @@ def test_the_share_of_first_meals_ends_at_the_share_of_agents_that_ate() -> None
     stored = make_all_assays()
     meals = stored["within-life"][A]["first_meal"]
     meals[{"newborns": 3, "agent": 0}] = np.nan
-    figure = figures.draw_within_life(stored, [A], "fitness")
+    figure = draw("within-life", stored, [A])
     latest = figure.axes[1].get_lines()[-1]
     assert np.asarray(latest.get_ydata())[-1] == 0.75

@@ -10,12 +10,13 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.fork import MEASURES, compute_effects
-from baldwinlab.analysis.assays.section import make_section, tabulate_fork
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, HISTORIES, REGIMES
+from baldwinlab.analysis.assays.fork import MEASURES, TABLE, compute_effects
+from baldwinlab.analysis.assays.section import make_section, tabulate_effects
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
+from baldwinlab.studies.assays.catalog import get_assay
+from baldwinlab.studies.assays.fork import HISTORIES, REGIMES
 from tests.analysis.assays import artificial_assays
 
 LEARNER = "evo+self-taught/A"
@@ -32,7 +33,7 @@ def make_fork(runs: int) -> xr.Dataset:
     values = means + np.arange(runs).reshape(-1, 1, 1, 1, 1)
     attributes = {"experiment": to_toml(load(LEARNER)), "seed": 1}
     attributes |= factors()[LEARNER]._asdict()
-    data = make_dataset(ASSAY_VARIABLES["fork"], dict.fromkeys(MEASURES, values), attributes)
+    data = make_dataset(get_assay("fork").variables, dict.fromkeys(MEASURES, values), attributes)
     return data.assign_coords(
         run=np.arange(runs),
         generation=[0, 5],
@@ -53,7 +54,7 @@ def test_effects_of_each_run_are_differences_of_branches() -> None:
 @pytest.mark.parametrize("assay", ["fork", "fork-mode"])
 def test_a_report_has_a_row_for_each_start_and_measure(tmp_path: Path, assay: str) -> None:
     assays = {assay: {LEARNER: make_fork(runs=6)}}
-    rows = tabulate_fork(evaluate_assays(assays))
+    rows = tabulate_effects(evaluate_assays(assays), TABLE)
     assert len(rows) == 2 * len(MEASURES)
     last = rows[-1]
     assert last["condition"] == LEARNER

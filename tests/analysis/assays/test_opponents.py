@@ -19,8 +19,8 @@ from baldwinlab.analysis.assays.opponents import (
     make_section,
 )
 from baldwinlab.analysis.statistics.numbers import format_number
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
 from baldwinlab.core.variables import make_dataset
+from baldwinlab.studies.assays.catalog import get_assay
 
 GENERATIONS = (0, 10, 20)
 RUNS = 12
@@ -38,7 +38,7 @@ def make_opponents(
     energy = 5 + noise
     energy[..., 0] += predators * steps[:, None] - 0.5 * steps
     energy[..., 1] += prey * steps
-    data = make_dataset(ASSAY_VARIABLES[OPPONENTS], {"energy": energy}, {})
+    data = make_dataset(get_assay("opponents").variables, {"energy": energy}, {})
     return data.assign_coords(
         run=np.arange(RUNS),
         first_generation=list(generations),

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.reaction_norms import LAST_MINUS_FIRST, compute_parameters
-from baldwinlab.analysis.assays.section import tabulate_reaction_norms
+from baldwinlab.analysis.assays.reaction_norms import (
+    LAST_MINUS_FIRST,
+    TABLE,
+    compute_parameters,
+)
+from baldwinlab.analysis.assays.section import tabulate_effects
 from tests.analysis.assays.artificial_assays import RUNS, reaction_norms
 
 A = "evo+self-taught/A"
@@ -42,7 +46,7 @@ def test_changes_of_both_parameters_are_invariant_to_a_constant() -> None:
 
 def test_the_table_has_a_row_per_generation_and_one_of_changes() -> None:
     data = reaction_norms(A, INTERCEPTS, SLOPES)
-    rows = tabulate_reaction_norms(evaluate_assays({"reaction-norms": {A: data}}))
+    rows = tabulate_effects(evaluate_assays({"reaction-norms": {A: data}}), TABLE)
     assert [row["start"] for row in rows] == [
         *(f"generation {generation}" for generation in (0, 13, 26, 39)),
         LAST_MINUS_FIRST,

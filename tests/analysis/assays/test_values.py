@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import compute_quantities, read_factors, weight_distances
+from baldwinlab.analysis.assays.evaluation import compute_quantities
+from baldwinlab.analysis.assays.values import read_factors, weight_distances
 from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors

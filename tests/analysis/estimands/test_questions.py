@@ -15,7 +15,7 @@ from baldwinlab.analysis.estimands import (
     Estimate,
     estimate,
 )
-from baldwinlab.core.assay_variables import HISTORIES, REGIMES
+from baldwinlab.studies.assays.fork import HISTORIES, REGIMES
 from tests.analysis.estimands.conftest import Stored
 
 

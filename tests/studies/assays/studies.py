@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import make_small_study
@@ -38,7 +38,7 @@ def conditions() -> list[Experiment]:
 def make_small_study_with_assays(
     directory: Path,
     experiments: list[Experiment] | None = None,
-    names: Sequence[str] = tuple(ASSAYS),
+    names: Sequence[str] = tuple(load_assays()),
     runs: int = 3,
     workers: int = 2,
     executor: Executor = THREADS,

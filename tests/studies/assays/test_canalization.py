@@ -10,7 +10,7 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.mutants import make_single_mutants
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.canalization import count_mutants
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 
@@ -93,5 +93,5 @@ def test_a_generation_has_at_least_200_mutants_of_20_agents(size: int, n_mutants
 
 def test_graph_genomes_are_refused() -> None:
     experiment = bl.load("neat-xor")
-    reason = why_not_applicable("canalization", "neat-xor", {"neat-xor": experiment})
+    reason = get_assay("canalization").find_obstacle(experiment)
     assert reason.startswith("the assay canalization mutates one gene")

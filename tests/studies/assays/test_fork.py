@@ -13,17 +13,16 @@ from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
 from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.gallery.decisions import EQUIVALENT, YES, SystemName, decide
 from baldwinlab.analysis.statistics import median_interval
-from baldwinlab.core.assay_variables import FORKS, MODE, POPULATION
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
+from baldwinlab.studies.assays.assay import Sample
 from baldwinlab.studies.assays.catalog import why_not_in_study
-from baldwinlab.studies.assays.fork import Fork, copy_mode, fit_genomes
+from baldwinlab.studies.assays.fork import FORKS, copy_mode, fit_genomes
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.assays.storage import read_assay
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.records import StudyError, record_path
@@ -233,7 +232,7 @@ def test_progress_counts_every_generation_of_a_fork(
 ) -> None:
     study = make_small_study(tmp_path, experiments, runs=2)
     step_counts: list[int] = []
-    missing = find_missing_assays(study, list(FORKS))
+    missing = find_missing_assays(study, list(FORKS.values()))
     progress = count_progress(step_counts)
     run_assays(study, missing, 1, progress, ignore_message, generations=2)
     assert step_counts[0] < 0
@@ -263,7 +262,7 @@ def test_a_fork_needs_a_learner_and_inheritance(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "experiments", [make_pair(), make_climbers(3, size=10, generations=4)], ids=["miniworld", "NK"]
 )
-@pytest.mark.parametrize("name", FORKS)
+@pytest.mark.parametrize("name", FORKS.values())
 def test_a_control_that_the_study_lacks_is_simulated(
     tmp_path: Path, experiments: list[Experiment], name: str
 ) -> None:
@@ -298,7 +297,3 @@ def test_a_fork_of_another_control_is_refused(tmp_path: Path) -> None:
     study.experiments[CONTROL] = study.experiments[CONTROL].replace(evolution={"elite": 1})
     with pytest.raises(ValueError, match=f"another experiment than that of {CONTROL}"):
         read_assay(study, "fork", LEARNER)
-
-
-def test_the_starts_have_one_name_each() -> None:
-    assert [Fork(start).start for start in FORKS.values()] == [POPULATION, MODE]

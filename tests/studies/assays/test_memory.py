@@ -12,17 +12,14 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import NO_NEED
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.memory import ENGINE_BYTES
-from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
+from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.assays.memory import PlannedStudy, estimate_assays
 from baldwinlab.studies.assays.storage import read_assays as open_assays
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions
 
 EXPERIMENTS = {experiment.name: experiment for experiment in conditions()}
-APPLICABLE = {
-    condition: [name for name in ASSAYS if not why_not_applicable(name, condition, EXPERIMENTS)]
-    for condition in EXPERIMENTS
-}
+APPLICABLE = PlannedStudy(EXPERIMENTS, {}).select_applicable(tuple(load_assays()))
 
 
 def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore) -> None:
@@ -36,8 +33,7 @@ def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore)
 
 def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: StudyStore) -> None:
     """The plan is an upper bound: questions without defined values have no test."""
-    applicable = PlannedStudy(study.experiments, study.factors).select_applicable(tuple(ASSAYS))
-    planned = planned_tests(study.experiments, applicable, 3)
+    planned = planned_tests(study.experiments, APPLICABLE, 3)
     answers = evaluate_assays(open_assays(study))
     tested = sum(
         answer.numbers is not None for result in answers.results for answer in result.answers
@@ -68,4 +64,4 @@ def test_insufficient_memory_is_reported_before_the_simulation(
         RefusedError,
         match=r"\d+ assays: needs about .* of memory, but only 1000\.0 bytes are free",
     ):
-        run_missing_assays(study, list(ASSAYS), RunOptions())
+        run_missing_assays(study, list(load_assays()), RunOptions())

@@ -12,7 +12,7 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, apply_inheritance, draw_genomes, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.records import StudyError
@@ -135,7 +135,7 @@ def test_the_simulated_steps_equal_the_announced_steps(
 def test_the_assay_does_not_apply_without_selection(
     tmp_path: Path, experiment: Experiment, reason: str
 ) -> None:
-    assert reason in why_not_applicable("neutral", experiment.name, {experiment.name: experiment})
+    assert reason in get_assay("neutral").find_obstacle(experiment)
     study = make_small_study(tmp_path, [experiment], runs=1)
     assert find_missing_assays(study, ["neutral"]) == {experiment.name: []}
     complete_assays(study, ["neutral"])

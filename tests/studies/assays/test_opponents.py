@@ -7,20 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.assays.catalog import why_not_applicable
-from baldwinlab.studies.assays.opponents import N_WORLDS, assayed_generations, measure
+from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays.catalog import get_assay
+from baldwinlab.studies.assays.opponents import ASSAY, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import read_records
 from tests.studies.assays.studies import make_small_study_with_assays
 from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation, make_small_experiment
 
+OPPONENTS = "opponents"
 N_GENERATIONS = 4
 # A small map, so that predators meet prey. Other tests compile the same species.
 PREDATION = make_predation(
@@ -56,7 +56,7 @@ def make_sample(study: StudyStore, run: int) -> Sample:
 
 def test_the_assay_has_the_declared_variables_and_coordinates(study: StudyStore) -> None:
     assay = open_assay(study.directory, OPPONENTS, PREDATION.name)
-    (energy,) = ASSAY_VARIABLES[OPPONENTS].values()
+    (energy,) = ASSAY.variables.values()
     assert assay.energy.dims == energy.dims
     assert assay.energy.dtype == energy.dtype
     assert assay.species.values.tolist() == ["predators", "prey"]
@@ -139,6 +139,6 @@ def _with_third_species() -> Experiment:
     ],
 )
 def test_the_assay_needs_two_species_in_a_world(experiment: Experiment, reason: str) -> None:
-    actual = why_not_applicable(OPPONENTS, experiment.name, {experiment.name: experiment})
+    actual = get_assay(OPPONENTS).find_obstacle(experiment)
     assert actual.startswith(reason)
     assert bool(actual) == bool(reason)

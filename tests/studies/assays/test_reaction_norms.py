@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.core.assay_variables import LEARNING_FACTORS
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.catalog import why_not_applicable
-from baldwinlab.studies.assays.reaction_norms import assayed_generations, scale_learning
+from baldwinlab.studies.assays.catalog import get_assay
+from baldwinlab.studies.assays.reaction_norms import (
+    LEARNING_FACTORS,
+    assayed_generations,
+    scale_learning,
+)
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.worlds import make_small_experiment
@@ -94,6 +97,4 @@ def test_an_invalid_amount_of_learning_has_no_fitness(tmp_path: Path) -> None:
 )
 def test_conditions_without_an_amount_of_learning_are_refused(condition: str, reason: str) -> None:
     experiment = bl.load(condition)
-    assert re.search(
-        reason, why_not_applicable("reaction-norms", condition, {condition: experiment})
-    )
+    assert re.search(reason, get_assay("reaction-norms").find_obstacle(experiment))

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES as DECLARED
-from baldwinlab.core.assay_variables import FORKS, OPPONENTS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
-from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.catalog import load_assays
+from baldwinlab.studies.assays.fork import FORKS
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.creation import create_study
@@ -25,7 +24,7 @@ from tests.studies.assays.studies import conditions, make_small_study_with_assay
 from tests.studies.completion import complete_assays, count_progress, fail_without_space
 from tests.worlds import make_small_experiment
 
-ASSAYS_OF_ONE_SPECIES = [name for name in DECLARED if name != OPPONENTS]
+ASSAYS_OF_ONE_SPECIES = [name for name in load_assays() if name != "opponents"]
 NO_ASSAYS: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
 
 
@@ -35,7 +34,7 @@ def stored(study: StudyStore) -> dict[str, bytes]:
 
 def test_assays_have_the_declared_variables_and_attributes(study: StudyStore) -> None:
     for name in ASSAYS_OF_ONE_SPECIES:
-        declared = DECLARED[name]
+        declared = load_assays()[name].variables
         assay = open_assay(study.directory, name, "evo+self-taught/A")
         assert set(assay.data_vars) == set(declared)
         for variable, meaning in declared.items():
@@ -43,7 +42,9 @@ def test_assays_have_the_declared_variables_and_attributes(study: StudyStore) ->
             assert assay[variable].dtype == meaning.dtype
         assert all(dim in assay.coords for dim in assay.dims)
         assert assay.run.values.tolist() == [0, 1, 2]
-        further = {"control", "control_experiment", "generations"} if name in FORKS else set()
+        further = (
+            {"control", "control_experiment", "generations"} if name in FORKS.values() else set()
+        )
         assert {"condition", "seed", "experiment", "baldwinlab"} == set(assay.attrs) - further
         assert further <= set(assay.attrs)
 
@@ -57,7 +58,7 @@ def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_p
 def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, conditions()[:2], runs=2)
     done: list[int] = []
-    missing = find_missing_assays(study, list(ASSAYS))
+    missing = find_missing_assays(study, list(load_assays()))
     run_assays(study, missing, 2, count_progress(done), ignore_message)
     assert done[0] < 0
     assert sum(done) == 0
@@ -87,7 +88,7 @@ def test_all_simulated_experiments_are_compiled_in_advance(
 
 
 def test_stored_assays_are_not_repeated(study: StudyStore) -> None:
-    assert find_missing_assays(study, list(ASSAYS)) == NO_ASSAYS
+    assert find_missing_assays(study, list(load_assays())) == NO_ASSAYS
     assert count_assay_steps(study, NO_ASSAYS) == 0
 
 
@@ -157,7 +158,7 @@ def test_extreme_settings_can_be_assayed(tmp_path: Path, changes: dict[str, obje
     study = make_small_study_with_assays(
         tmp_path, [make_small_experiment("evo+self-taught").replace(**changes)], runs=1
     )
-    assert find_missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
+    assert find_missing_assays(study, list(load_assays())) == {"evo+self-taught/A": []}
     innate = open_assay(tmp_path, "innate", "evo+self-taught/A")
     assert np.array_equal(
         innate.energy.sel(run=0, life="on"), study.read("evo+self-taught/A", 0).energy
@@ -172,7 +173,7 @@ def test_studies_without_runs_and_unknown_names_are_refused(
         find_missing_assays(empty, ["innate"])
     unknown_assay = (
         "there is no assay 'instinct'; "
-        "there are innate, neutral, within-life, modules, reaction, descent"
+        "there are descent, innate, modules, neutral, reaction, within-life, canalization, fork"
     )
     with pytest.raises(StudyError, match=unknown_assay):
         find_missing_assays(study, ["innate", "instinct"])

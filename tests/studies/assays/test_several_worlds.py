@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.core.assay_variables import LIFE_KINDS
-from baldwinlab.studies.assays.catalog import ASSAYS
-from baldwinlab.studies.assays.sample import Sample
+from baldwinlab.studies.assays.assay import FROZEN, ON, Sample
+from baldwinlab.studies.assays.catalog import get_assay
 from tests.small_studies import make_small_study, shorten_preset
 
 N_AGENTS = 6
@@ -32,16 +31,16 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
 
 
 def test_assays_have_the_stored_fitness_and_the_first_lifetime_in_windows(sample: Sample) -> None:
-    innate = ASSAYS["innate"].measure(sample)
-    learned = innate["energy"][:, -1, LIFE_KINDS.index("on")]
+    innate = get_assay("innate").measure(sample)
+    learned = innate["energy"][:, -1, ON]
     # `simulate_as_evolved` raises an error for another fitness than the stored one.
     assert np.array_equal(learned, sample.energy(2))
-    assert np.isfinite(innate["energy"][:, :, LIFE_KINDS.index("frozen")]).all()
+    assert np.isfinite(innate["energy"][:, :, FROZEN]).all()
     # Reaction norms have the stored fitness in the unchanged setting.
-    energy = ASSAYS["reaction"].measure(sample)["energy"]
+    energy = get_assay("reaction").measure(sample)["energy"]
     assert np.array_equal(energy[:, 0], sample.energy(2))
     # Windows within the lifetime are those of the first lifetime.
-    within_life = ASSAYS["within-life"].measure(sample)
+    within_life = get_assay("within-life").measure(sample)
     n_newborns = 4
     assert within_life["eaten_in_window"].shape == (N_RUNS, n_newborns, 2, N_AGENTS)
     assert within_life["first_meal"].shape == (N_RUNS, n_newborns, N_AGENTS)

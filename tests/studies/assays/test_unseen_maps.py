@@ -8,13 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, UNSEEN_MAPS
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import open_assay
-from baldwinlab.studies.assays.unseen_maps import N_MAPS, draw_maps, move_experiment
+from baldwinlab.studies.assays.unseen_maps import (
+    ASSAY,
+    N_MAPS,
+    UNSEEN_MAPS,
+    draw_maps,
+    move_experiment,
+)
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import read_records
 from tests.studies.assays.studies import conditions, make_small_study_with_assays
@@ -84,7 +89,7 @@ def test_the_fitness_is_that_of_single_lifetimes_on_moved_maps(study: StudyStore
     condition = "evo+self-taught/B"
     assay = open_assay(study.directory, UNSEEN_MAPS, condition)
     experiment = study.experiments[condition]
-    (variable,) = ASSAY_VARIABLES[UNSEEN_MAPS].values()
+    (variable,) = ASSAY.variables.values()
     assert assay.energy.dims == variable.dims and assay.sizes["map"] == N_MAPS
     assert float(assay.energy.max()) > 0
     run, number = 2, 7
@@ -119,5 +124,5 @@ def test_the_assay_needs_a_map_with_food() -> None:
         (hungry, "the assay unseen-maps needs a map with food, and evo/A has none"),
         (load("hinton-nowlan-1987:guessing"), "the assay unseen-maps needs the model miniworld"),
     ):
-        actual = why_not_applicable(UNSEEN_MAPS, experiment.name, {experiment.name: experiment})
+        actual = get_assay(UNSEEN_MAPS).find_obstacle(experiment)
         assert actual.startswith(reason) and bool(actual) == bool(reason)

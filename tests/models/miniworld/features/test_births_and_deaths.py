@@ -20,7 +20,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
-from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
+from baldwinlab.studies.assays.catalog import get_assay, load_assays
 from tests.oracles.parts import use_oracles
 from tests.oracles.variation import breed_crossover
 from tests.worlds import make_small_experiment
@@ -267,6 +267,6 @@ def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
     ):
         make_experiment().replace(evolution={"variation": "gene-pool"})
     experiment = make_experiment("evo+self-taught")
-    reasons = {name: why_not_applicable(name, "births", {"births": experiment}) for name in ASSAYS}
+    reasons = {name: get_assay(name).find_obstacle(experiment) for name in load_assays()}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]
     assert "newborns replace agents" in reasons["innate"]

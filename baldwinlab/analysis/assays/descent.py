@@ -1,0 +1,83 @@
+"""Evaluation of the assay `descent`: common ancestors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.assays.evaluation import (
+    BANDS_NOTE,
+    AssayFigure,
+    Evaluation,
+    QuantityValues,
+)
+from baldwinlab.analysis.assays.panels import (
+    draw_curve,
+    draw_legend,
+    start_at_zero,
+    style_learners,
+)
+from baldwinlab.analysis.assays.values import Stored, read_factors
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
+
+
+def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for name in ("common_ancestor_age", "effective_ancestors"):
+        measure = name.replace("_", " ")
+        yield (measure, "last"), data[name].isel(generation=-1)
+
+
+@styled
+def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
+    """Draw the age of the last common ancestor, and the effective number of founders.
+
+    The figure has two panels per map.
+    """
+    stored = {
+        name: data for name, data in stored.items() if data["effective_ancestors"].notnull().any()
+    }
+    factors = {name: read_factors(data) for name, data in stored.items()}
+    styles = style_learners(stored)
+    maps = list(dict.fromkeys(condition.map for condition in factors.values()))
+    figure = Figure((FIGURE_WIDTH, 0.5 + 2.2 * len(maps)))
+    grid = figure.subplots(len(maps), 2, squeeze=False)
+    measures = {
+        "common_ancestor_age": "generations since the\nlast common ancestor",
+        "effective_ancestors": "effective ancestors",
+    }
+    for row, map_name in zip(grid, maps, strict=True):
+        conditions_on_map = [name for name in stored if factors[name].map == map_name]
+        for axes, (measure, label) in zip(row, measures.items(), strict=True):
+            for name in conditions_on_map:
+                draw_curve(axes, stored[name][measure], styles[factors[name].learner], "")
+            axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
+            axes.set_ylabel(label)
+            start_at_zero(axes)
+            label_generations(axes)
+    draw_legend(figure, styles, stored)
+    return figure
+
+
+EVALUATION: Final = Evaluation(
+    assay="descent",
+    order=60,
+    compute_quantities=compute_quantities,
+    measure_names={
+        "common ancestor age": "generations since the last common ancestor",
+    },
+    figures=(
+        AssayFigure(
+            name="descent",
+            title="Common descent",
+            caption=(
+                "Left: generations since the last common ancestor of all agents. Right: effective "
+                f"number of founders in the gene pool (1 / sum of squared shares). {BANDS_NOTE}"
+            ),
+            draw=draw_descent,
+            measures=("common ancestor age", "effective ancestors"),
+        ),
+    ),
+)
