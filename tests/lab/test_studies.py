@@ -210,7 +210,8 @@ def test_results_are_stored_with_the_report_and_used_while_they_are_current(
     results_cache.cache_results(study)
     study.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
     new_results = json.loads(studies.load_results(Lab(tmp_path, Live()), "it"))
-    assert len(new_results["final"]["evo/A"]["best"]) == 2
+    rows = [(row["condition"], row["run"]) for row in new_results["runs"]["rows"]]
+    assert rows == [("evo/A", 0), ("evo/A", 1), ("evo+self-taught/A", 0)]
 
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
@@ -225,10 +226,10 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
         curve = results["curves"][name][measure]
         for part, values in (("mean", average), ("low", low), ("high", high)):
             assert np.array_equal(curve[part], values.sel(condition=name))
-        assert (
-            results["final"][name][measure]
-            == fitness.final(study, measure).sel(condition=name).values.tolist()
-        )
+        rows = [row for row in results["runs"]["rows"] if row["condition"] == name]
+        finals = fitness.final(study, measure).sel(condition=name)
+        assert [row["run"] for row in rows] == finals["run"].values.tolist()
+        assert [row[measure] for row in rows] == finals.values.tolist()
         assert results["typical_run"][name] == fitness.typical_run(study, name)
         assert get_json(lab_server.address, "typical", study="small", condition=name) == {
             "run": fitness.typical_run(study, name)
@@ -247,8 +248,9 @@ def test_missing_numbers_are_null_and_conditions_without_runs_are_omitted(
     assert results["conditions"] == ["evo/A", "short"]
     assert results["curves"]["short"]["mean"]["mean"][2] is None
     assert results["curves"]["evo/A"]["mean"]["low"] == [None] * 3
-    assert len(results["final"]["short"]["mean"]) == 1
-    assert results["final"]["short"]["mean"][0] is not None
+    (row,) = (row for row in results["runs"]["rows"] if row["condition"] == "short")
+    assert row["run"] == 0
+    assert row["mean"] is not None
 
 
 def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
@@ -266,7 +268,7 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
         == f"{tmp_path}/it has no run 0 of evo+self-taught/A; no run is stored yet"
     )
     assert results.pop("swept") is False
-    names = ("factors", "curves", "final", "typical_run")
+    names = ("factors", "curves", "typical_run")
     assert results == {
         "conditions": [],
         "generation": [],

@@ -11,17 +11,12 @@ import { createRunTable } from "./results_runs.js";
 
 // More boxes are below each other.
 const MAX_NEIGHBORS = 8;
-// The measures with a box plot.
-/** @type {("best"|"mean")[]} */
-const BOX_MEASURES = ["mean", "best"];
 
 /** Return the final values of the runs: box plots, and links to the report's figure. */
 export function createFinals(view) {
-  const { study, groups } = view;
+  const { study, groups, results: { compared_measures: measures } } = view;
   return new Fold("finals", "Final values", false, (root) => {
-    const boxes = BOX_MEASURES.map((measure) =>
-      el("section", { "data-testid": `final-${measure}` })
-    );
+    const boxes = measures.map((measure) => el("section", { "data-testid": `final-${measure}` }));
     const layout = groups.length > MAX_NEIGHBORS ? "results-boxes wide" : "results-boxes";
     root.append(el("div", { class: layout }, ...boxes));
     if (hasReportBoxes(view)) {
@@ -29,7 +24,7 @@ export function createFinals(view) {
       root.append(createFigureLinks(study.id, "final-fitness", conditions));
     }
     root.append(createRunTable(view));
-    return BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure));
+    return measures.map((measure, index) => drawBoxes(boxes[index], view, measure));
   });
 }
 
