@@ -125,7 +125,7 @@ def require_page_output(options: ExportOptions) -> None:
 def _write_page(options: ExportOptions) -> None:
     # Imported late: loading the engine takes a while.
     from baldwinlab.engine.wasm import find_linker
-    from baldwinlab.lab.export import render_live_page, require_browser_support
+    from baldwinlab.lab.pages.export import render_live_page, require_browser_support
     from baldwinlab.models.miniworld.backends.wasm_modules import is_module_available
 
     assert options.out is not None
@@ -143,7 +143,7 @@ def _write_page(options: ExportOptions) -> None:
 def _write_explorable(options: ExportOptions) -> None:
     """Write the essay on the Baldwin effect whose pictures simulate."""
     # Imported late: loading the engine takes a while.
-    from baldwinlab.lab.explorable.page import render_explorable
+    from baldwinlab.lab.pages.explorable.page import render_explorable
 
     assert options.out is not None
     page = render_explorable()
@@ -156,7 +156,7 @@ def _write_lessons(options: ExportOptions) -> None:
     folder = options.out or DEFAULT_LESSON_FOLDER
     _require_lesson_folder(folder, force=options.force)
     # Imported late: loading the engine takes a while.
-    from baldwinlab.lab.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
+    from baldwinlab.lab.pages.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
 
     pages = render_lesson_pack()
     for path, content in pages.items():
