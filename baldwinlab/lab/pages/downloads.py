@@ -105,10 +105,7 @@ def make_figure(lab: Lab, query: QueryParams) -> Download:
 
 
 def _read_sources(query: Query) -> list[dict[str, str]]:
-    """Return the queries of the recordings `a` and, if given, `b`.
-
-    Raise ValueError without `a`.
-    """
+    """Return the queries of the recordings `a` and, if given, `b`."""
     names = ["a", "b"] if "b" in query else ["a"]
     return [dict(parse_qsl(read_text(query, name))) for name in names]
 
@@ -203,10 +200,7 @@ def link_lifetimes(page: str, study_name: str) -> str:
 
 
 def find_report(lab: Lab, name: str) -> Path:
-    """Return the path of STUDY/report.html or of one of its figures, STUDY/figures/NAME.
-
-    Raise MissingError if it does not exist, and StudyError if it is outside the served folder.
-    """
+    """Return the path of STUDY/report.html or of one of its figures, STUDY/figures/NAME."""
     match = _REPORT_PATH.fullmatch(name)
     if match is None:
         raise MissingError(f"there is no {name} here")

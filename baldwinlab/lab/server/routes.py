@@ -1,6 +1,7 @@
 """All requests of the page: their paths, functions and parameters, and the forms of the responses.
 
-The functions get the lab and the values of a request, and know nothing about HTTP.
+The functions get the lab and the values of a request, and know nothing about HTTP. A MissingError
+is answered with status 404, and another StudyError or a ValueError with status 400.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ The fitness with learning off is innate.
 
 from __future__ import annotations
 
-import json
 from typing import Any, Final
 
 import numpy as np
@@ -33,11 +32,10 @@ def load_behavior(lab: Lab, query: Query) -> bytes:
     require_measurable(life.experiment)
     measure = measure_generations if query.get("of") == "generations" else measure_agents
 
-    def make() -> bytes:
-        outcome = name_experiment_outcome(life.experiment)
-        return json.dumps({"outcome": outcome} | measure(lab, query, life)).encode()
+    def make() -> dict[str, Any]:
+        return {"outcome": name_experiment_outcome(life.experiment)} | measure(lab, query, life)
 
-    return lab.cache.get(("behavior", measure.__name__, life.experiment, life.key), make)
+    return lab.cache.get_json(("behavior", measure.__name__, life.experiment, life.key), make)
 
 
 def require_measurable(experiment: BaseExperiment) -> None:

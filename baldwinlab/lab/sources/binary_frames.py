@@ -82,10 +82,7 @@ def narrow(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
 
 
 def unpack(raw: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    """Return the header and the arrays of a container.
-
-    Raise ValueError if the bytes are not a container.
-    """
+    """Return the header and the arrays of a container."""
     if raw[: len(MAGIC)] != MAGIC:
         raise ValueError("these bytes are not a container: they do not begin with BALD")
     header_start = len(MAGIC) + _SIZE_BYTES

@@ -112,10 +112,7 @@ class Comparisons:
         self._lock = threading.Lock()
 
     def start(self, plan: ComparisonPlan, root: Path, name: str) -> LiveComparison:
-        """Start a comparison and store it as a study of this name in `root`.
-
-        Raise ValueError if another comparison is active, and StudyError for an invalid name.
-        """
+        """Start a comparison and store it as a study of this name in `root`."""
         with self._lock:
             if self.last and not self.last.has_ended:
                 raise ValueError(

@@ -91,10 +91,7 @@ def make_form(tree: Any) -> dict[str, Any]:
 
 
 def complete_experiment(tree: Any) -> BaseExperiment:
-    """Return the experiment of a tree, without the tables of parts that it does not use.
-
-    Raise ExperimentError for other errors.
-    """
+    """Return the experiment of a tree, without the tables of parts that it does not use."""
     while True:
         try:
             experiment: BaseExperiment = validate(tree)

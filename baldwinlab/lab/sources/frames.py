@@ -84,10 +84,7 @@ def load_frames(cursors: WorldCursors, lab: Lab, query: Query) -> bytes:
 
 
 def read_frame_query(query: Query, experiment: Experiment) -> FrameQuery:
-    """Return the requested frames. The default is no frame, and a window of the complete map.
-
-    Raise ValueError for a step that the lifetime does not have, and for a number out of its range.
-    """
+    """Return the requested frames. The default is no frame, and a window of the complete map."""
     n_steps = experiment.lifetime.steps
     world = experiment.world
     window = Window(

@@ -49,9 +49,6 @@ def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
 
     `body` has the parameters of the lifetime (`life`, see `find_life`), the `name` of the file,
     and for a single agent its number (`agent`).
-
-    Raise MissingError if the lifetime or the agent does not exist, and StudyError if the file
-    cannot be written.
     """
     path = _choose_path(lab.root, str(body.get("name", "")))
     query = body.get("life")
@@ -172,10 +169,7 @@ def _describe_preset(name: str) -> str:
 
 
 def find_file(lab: Lab, name: str) -> Path:
-    """Return the path of a genome file in the served folder.
-
-    Raise MissingError if it does not exist, and StudyError if it is outside the folder.
-    """
+    """Return the path of a genome file in the served folder."""
     path = lab.root / name
     require_inside(lab.root, path)
     if path.suffix != SUFFIX or not path.is_file():
@@ -219,8 +213,6 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
 
     `body` may have a `condition` (a preset) in which all agents are simulated, a number of
     `lives`, and a `seed`. A missing interval is None.
-
-    Raise MissingError if a file does not exist, and ValueError for other invalid parameters.
     """
     # This import of SciPy's statistics takes time.
     from baldwinlab.api.compete import compete as simulate_competition

@@ -79,10 +79,7 @@ def load_container(
 
 
 def read_span(query: Query, n_steps: int, bytes_per_step: int) -> Span:
-    """Return the requested steps of a lifetime (default: all), limited to one response.
-
-    Raise ValueError if the lifetime does not have these steps.
-    """
+    """Return the requested steps of a lifetime (default: all), limited to one response."""
     first = read_number(query, "first", 0)
     stop = read_number(query, "last", n_steps)
     if not first < stop <= n_steps:
@@ -100,9 +97,6 @@ def find_life(lab: Lab, query: Query) -> Life:
 
     Its parameters are `run`, `generation`, and either `study` and `condition`, or `live`, or
     `preset` and `seed`.
-
-    Raise MissingError if the lifetime does not exist or if its model has no world, and ValueError
-    if a parameter is missing.
     """
     life = find_life_of_any_model(lab, query)
     # A query can name any model, but the type of `Life` allows only models with a world.

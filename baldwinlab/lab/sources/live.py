@@ -54,10 +54,7 @@ class Live:
         n_runs: int,
         seconds_per_generation: float = 0.0,
     ) -> LiveRun:
-        """Start a live run. The parameters are those of `LiveRun`.
-
-        Raise ValueError if it is too large, or if too many live runs are active.
-        """
+        """Start a live run. The parameters are those of `LiveRun`."""
         check_seed(seed)
         check_size(experiment, n_runs)
         with self._lock:
@@ -76,8 +73,6 @@ class Live:
         """Remove ended runs that no page watches, until a new run has a place and memory.
 
         Saved runs are removed first, and then the oldest ones.
-
-        Raise ValueError if the removal of all such runs is not enough.
         """
         used_bytes = sum(run.memory_bytes for run in self._runs.values())
         excess_bytes = used_bytes + required_bytes - MAX_TOTAL_BYTES
@@ -134,9 +129,6 @@ class Live:
         """Save a live run as a study in `root`.
 
         The study equals that of `baldwinlab run` with the finished number of generations.
-
-        Raise MissingError for an unknown run. Raise StudyError for a name that exists or leads out
-        of the folder, and for a run that cannot be saved.
         """
         run = self.find_run(id)
         records = run.make_records()
@@ -166,10 +158,7 @@ class Live:
 
 
 def choose_study_directory(root: Path, name: str) -> Path:
-    """Return the directory of a new study.
-
-    Raise StudyError for a name that is not valid, exists, or leads out of `root`.
-    """
+    """Return the directory of a new study."""
     if len(name) > MAX_NAME_LENGTH or not STUDY_NAME_PATTERN.fullmatch(name):
         raise StudyError(
             f"{name!r} is not a valid name of a study: use letters, digits, + - _ and / between"

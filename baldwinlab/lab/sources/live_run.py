@@ -234,26 +234,17 @@ class LiveRun:
         return {curve: _to_list(array) for curve, array in curves.items()}
 
     def read_fitness(self, run: int, generation: int) -> xr.DataArray:
-        """Return the fitness of all finished generations of a run [generation, agent].
-
-        Raise ValueError as `find_history`.
-        """
+        """Return the fitness of all finished generations of a run [generation, agent]."""
         fitness = self.find_history(run, generation).energy
         return xr.DataArray(fitness, dims=("generation", "agent"))
 
     def read_genomes(self, run: int, generation: int) -> Genome:
-        """Return the genomes [agent, module, weight] of a generation of a run with species.
-
-        Raise ValueError as `find_history`.
-        """
+        """Return the genomes [agent, module, weight] of a generation of a run with species."""
         self.find_history(run, generation)
         return self._genomes[generation][run]
 
     def find_history(self, run: int, generation: int) -> History:
-        """Return the history of one run.
-
-        Raise ValueError if the run does not exist or the generation is not finished.
-        """
+        """Return the history of one run."""
         if not 0 <= run < self.n_runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.n_runs}")
         # No history exists before the first generation is finished.
@@ -266,10 +257,7 @@ class LiveRun:
         return self._histories[run]
 
     def make_records(self) -> list[xr.Dataset]:
-        """Return the records of all runs, as a study stores them.
-
-        Raise StudyError if the run has not ended or has no finished generation.
-        """
+        """Return the records of all runs, as a study stores them."""
         if self._end_state not in ("done", "stopped"):
             raise StudyError(
                 f"the live run {self.id} is {self.state}; only a run that is done or stopped can"

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import sys
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
+from typing import Any
 
 MAX_CACHE_BYTES = 128 * 2**20
 
@@ -43,6 +45,10 @@ class Cache:
                 _, oldest_content = self._entries.popitem(last=False)
                 self.used_bytes -= len(oldest_content)
         return content
+
+    def get_json(self, key: Hashable, make: Callable[[], Any]) -> bytes:
+        """Return the entry of a key, or the result of `make` as JSON."""
+        return self.get(key, lambda: json.dumps(make()).encode())
 
 
 def release_memory() -> None:

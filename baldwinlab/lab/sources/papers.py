@@ -86,10 +86,7 @@ def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
 
 
 def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
-    """Return the user's paper that a study contains.
-
-    Raise StudyError if a link leads out of the served folder, and PaperError if it cannot be read.
-    """
+    """Return the user's paper that a study contains."""
     paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         study_access.require_inside(lab.root, path)

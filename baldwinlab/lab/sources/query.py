@@ -20,10 +20,7 @@ def read_text(query: Query, name: str) -> str:
 
 
 def read_number(query: Query, name: str, default: int | None = None) -> int:
-    """Return a parameter as a whole number of at least 0.
-
-    Raise ValueError for another value, and for a missing parameter without a default.
-    """
+    """Return a parameter as a whole number of at least 0."""
     if default is not None and name not in query:
         return default
     value = read_text(query, name)

@@ -5,13 +5,12 @@ The functions return the encoded JSON, because the cache of a lab stores bytes.
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources.query import Query, read_text
 from baldwinlab.lab.sources.study_access import (
-    find_condition,
+    find_requested_condition,
     find_study,
     read_versions,
     require_inside,
@@ -28,8 +27,6 @@ def load_results(lab: Lab, query: Query) -> bytes:
 
     A missing number is null. Results that are stored with the report are used if they are up to
     date. If the claims are not valid, `problem` contains the error.
-
-    Raise StudyError as `find_study`, and for a damaged record.
     """
     # This import takes time.
     from baldwinlab.api.publish import lab_results, results_cache
@@ -44,11 +41,11 @@ def load_results(lab: Lab, query: Query) -> bytes:
     # The results depend on these files only.
     versions = read_versions(lab.root, [*record_paths, claims_path])
 
-    def make() -> bytes:
+    def make() -> dict[str, Any]:
         results = results_cache.load_cached_results(study) or lab_results.compute_results(study)
-        return json.dumps(results | _read_claims_or_error(study)).encode()
+        return results | _read_claims_or_error(study)
 
-    return lab.cache.get(("results", study.directory, versions), make)
+    return lab.cache.get_json(("results", study.directory, versions), make)
 
 
 def _read_claims_or_error(study: StudyStore) -> dict[str, Any]:
@@ -60,56 +57,44 @@ def _read_claims_or_error(study: StudyStore) -> dict[str, Any]:
 
 
 def load_typical_run(lab: Lab, query: Query) -> bytes:
-    """Return the typical run of a condition, as JSON.
-
-    Raise StudyError as `find_study`, and for a damaged record.
-    """
-    study = find_study(lab, read_text(query, "study"))
-    condition = find_condition(study, read_text(query, "condition")).name
-    versions = read_versions(lab.root, [file.path for file in study.files(condition)])
+    """Return the typical run of a condition, as JSON."""
+    study, condition = find_requested_condition(lab, query)
+    name = condition.name
+    versions = read_versions(lab.root, [file.path for file in study.files(name)])
     if not versions:
-        raise MissingError(f"{study.location} has no run of {condition}")
+        raise MissingError(f"{study.location} has no run of {name}")
 
-    def make() -> bytes:
+    def make() -> dict[str, int]:
         # This import takes time.
         from baldwinlab.analysis.statistics.fitness import typical_run
 
-        run = typical_run(open_sample(study, [condition]), condition)
-        return json.dumps({"run": run}).encode()
+        return {"run": typical_run(open_sample(study, [name]), name)}
 
-    return lab.cache.get(("typical", study.directory, condition, versions), make)
+    return lab.cache.get_json(("typical", study.directory, name, versions), make)
 
 
 def load_run_curves(lab: Lab, query: Query) -> bytes:
-    """Return the curve of each run of a condition, as JSON.
-
-    Raise MissingError, and StudyError and ValueError as `lab_results.read_run_curves`.
-    """
+    """Return the curve of each run of a condition, as JSON."""
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
-    study = find_study(lab, read_text(query, "study"))
-    condition = find_condition(study, read_text(query, "condition")).name
-    measure = read_text(query, "measure")
-    versions = read_versions(lab.root, [file.path for file in study.files(condition)])
-    return lab.cache.get(
-        ("runs", study.directory, condition, measure, versions),
-        lambda: json.dumps(lab_results.read_run_curves(study, condition, measure)).encode(),
+    study, condition = find_requested_condition(lab, query)
+    name, measure = condition.name, read_text(query, "measure")
+    versions = read_versions(lab.root, [file.path for file in study.files(name)])
+    return lab.cache.get_json(
+        ("runs", study.directory, name, measure, versions),
+        lambda: lab_results.read_run_curves(study, name, measure),
     )
 
 
 def load_reaction_norms(lab: Lab, query: Query) -> bytes:
-    """Return the reaction norms of a study, as JSON. They are empty if the assay is not stored.
-
-    Raise StudyError, and ValueError for a damaged assay.
-    """
+    """Return the reaction norms of a study, as JSON. They are empty if the assay is not stored."""
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
     study = find_study(lab, read_text(query, "study"))
     folder = study.directory / "assays" / "reaction"
     versions = read_versions(lab.root, [folder, *sorted(folder.rglob("*.nc"))])
-    return lab.cache.get(
-        ("reaction", study.directory, versions),
-        lambda: json.dumps(lab_results.read_reaction_norms(study)).encode(),
+    return lab.cache.get_json(
+        ("reaction", study.directory, versions), lambda: lab_results.read_reaction_norms(study)
     )

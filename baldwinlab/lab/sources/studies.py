@@ -12,9 +12,9 @@ from baldwinlab.core.files import quote_path
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources.model_displays import read_alleles, read_views
-from baldwinlab.lab.sources.query import Query, read_text
+from baldwinlab.lab.sources.query import Query
 from baldwinlab.lab.sources.study_access import (
-    find_condition,
+    find_requested_condition,
     find_study,
     list_study_names,
     require_inside,
@@ -31,8 +31,8 @@ def list_studies(lab: Lab, query: Query) -> dict[str, Any]:
 
 def read_experiment(lab: Lab, query: Query) -> dict[str, Any]:
     """Return the settings of a condition."""
-    study = find_study(lab, read_text(query, "study"))
-    settings: dict[str, Any] = find_condition(study, read_text(query, "condition")).to_dict()
+    _, condition = find_requested_condition(lab, query)
+    settings: dict[str, Any] = condition.to_dict()
     return settings
 
 

@@ -32,11 +32,7 @@ def list_study_names(root: Path) -> Iterator[str]:
 
 
 def find_study(lab: Lab, name: str) -> StudyStore:
-    """Return the study of this name.
-
-    Raise MissingError if it does not exist, and StudyError if it is outside the served folder or
-    cannot be read.
-    """
+    """Return the study of this name."""
     path = lab.root / name / "study.toml"
     try:
         modification_time = path.stat().st_mtime_ns
@@ -65,10 +61,7 @@ def _open_study(root: Path, directory: Path, modification_time: int) -> StudySto
 
 
 def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], ...]:
-    """Return the existing paths with their modification times, in nanoseconds.
-
-    Raise StudyError for a path outside the served folder.
-    """
+    """Return the existing paths with their modification times, in nanoseconds."""
     paths = tuple(paths)
     for path in paths:
         require_inside(root, path)
@@ -89,10 +82,15 @@ def find_condition(study: StudyStore, name: str) -> Experiment:
         raise MissingError(str(error)) from None
 
 
+def find_requested_condition(lab: Lab, query: Query) -> tuple[StudyStore, Experiment]:
+    """Return the study and the condition that a query names."""
+    study = find_study(lab, read_text(query, "study"))
+    return study, find_condition(study, read_text(query, "condition"))
+
+
 def find_run(lab: Lab, query: Query) -> tuple[StudyStore, Experiment, int]:
     """Return the study, the condition and the number of the stored run that a query names."""
-    study = find_study(lab, read_text(query, "study"))
-    condition = find_condition(study, read_text(query, "condition"))
+    study, condition = find_requested_condition(lab, query)
     run = read_number(query, "run")
     require_run(lab, study, condition.name, run)
     return study, condition, run

@@ -25,9 +25,6 @@ def pack_view(lab: Lab, query: Query) -> bytes:
     """Return the container with the requested view of a generation of a stored run.
 
     A view of an agent shows the requested agent, or the fittest one.
-
-    Raise StudyError and ValueError as `find_life`, MissingError for an unknown view or agent, and
-    ValueError for data that is inconsistent or too large for one response.
     """
     study, experiment, run = find_run(lab, query)
     study.require_parts(experiment.name)
@@ -112,9 +109,6 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     """Return the container with the allele frequencies of all generations of a stored run.
 
     Its header contains the names of the alleles and the description of the model.
-
-    Raise StudyError and ValueError as `find_life`, and MissingError if the model declares no
-    alleles.
     """
     study, experiment, run = find_run(lab, query)
     study.require_parts(experiment.name)
@@ -131,10 +125,7 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
 
 
 def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
-    """Return the container with the allele frequencies of one generation of a live run.
-
-    Raise errors as `LiveRun.find_history` and `pack_stored_frequencies`.
-    """
+    """Return the container with the allele frequencies of one generation of a live run."""
     live_run = lab.live.find_run(query["live"])
     run = read_number(query, "run")
     generation = read_number(query, "generation")
