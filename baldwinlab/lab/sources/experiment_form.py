@@ -179,7 +179,7 @@ def _describe_sample_size(body: dict[str, Any]) -> str:
 def _find_error_path(message: str, tree: Any) -> str:
     """Return the path at the beginning of an error message, or ""."""
     first_word, _, _ = message.partition(" ")
-    path = first_word.removesuffix(":")
+    path = first_word.rstrip(":,")
     node = tree
     for step in path.split("."):
         if isinstance(node, list) and step.isdecimal() and int(step) < len(node):
