@@ -40,6 +40,16 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
+SPECIES_CURVES: Final = {
+    "mean": {"title": "Fitness of the average agent of each species", "axis": "fitness"},
+    "share": {"title": "Share of agents of each species with fitness above 0", "axis": "share"},
+    "composition": {"title": "Shares of the species", "axis": "share of the agents"},
+    "survivors": {
+        "title": "Agents of each species that are alive at the end of a lifetime",
+        "axis": "agents",
+    },
+}
+"""The charts of species, in the order of the page."""
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 
@@ -78,6 +88,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
             }
     results["runs"] = record_runs(study, data)
     results["species"] = _compute_species(study, data)
+    results["species_curves"] = SPECIES_CURVES
     results["comparison"] = _comparison_record(study, data)
     results["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return results

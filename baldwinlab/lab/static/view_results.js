@@ -4,10 +4,20 @@ import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 import { explainCurves, ResultsCurves } from "./results_curves.js";
-import { clearFactorState, createFactorLists, groupConditions } from "./results_factors.js";
-import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
-import { createPanels } from "./results_panels.js";
-import { createFactorSection, createFinals, createNorms } from "./results_sections.js";
+import {
+  clearFactorState,
+  createFactorLists,
+  createPanels,
+  groupConditions,
+} from "./results_factors.js";
+import {
+  createFactorSection,
+  createFinals,
+  createHeading,
+  createMeasureSwitch,
+  createNorms,
+  createStudyPicker,
+} from "./results_sections.js";
 import { findNewest } from "./sources.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
@@ -23,8 +33,8 @@ const MAX_CURVES = 8;
  * @property {string} hidden labels of hidden curves, joined by commas
  * @property {string} [norm] the changed setting of the reaction norms
  * @property {string|null} by the factor that groups conditions
- * @property {import("./results_panels.js").Group[]} groups one per curve
- * @property {{map: string, groups: import("./results_panels.js").Group[]}[]} panels of the curves
+ * @property {import("./results_factors.js").Group[]} groups one per curve
+ * @property {{map: string, groups: import("./results_factors.js").Group[]}[]} panels of the curves
  * @property {boolean} hasSingleConditions whether each group is one condition
  * @property {boolean} canShowRuns whether the lines of runs can be distinguished
  * @property {boolean} hasRunLines whether each run is drawn
