@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence, Set
 from typing import Final
 
 from baldwinlab.core.variables import RECORD_VARIABLES, record_variables
@@ -15,14 +15,6 @@ ENERGY: Final = "energy"
 FITNESS: Final = "fitness"
 # Outcomes of agents that eat, whose share is that of agents that eat.
 FOOD_OUTCOMES: Final = (ITEMS, ENERGY)
-# The measures of claims, in a study of agents that eat.
-MEASURE_NAMES: Final[Mapping[str, str]] = {
-    "best": "best agent",
-    "mean": "average agent",
-    "share": "share of agents that eat",
-    "most": "highest number of items that an agent ate",
-    "unseen-maps": "average agent on unseen maps",
-}
 
 
 def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
@@ -90,14 +82,6 @@ def name_share(outcome: str) -> str:
     if outcome in FOOD_OUTCOMES:
         return "share of agents that eat"
     return "share of agents with fitness above 0"
-
-
-def name_measures(outcome: str) -> dict[str, str]:
-    """Return the name of each measure of claims."""
-    names = {**MEASURE_NAMES, "share": name_share(outcome)}
-    if outcome in FOOD_OUTCOMES:
-        return names
-    return names | {"most": "highest fitness of any agent"}
 
 
 def describe_measures(outcome: str) -> dict[str, dict[str, str]]:

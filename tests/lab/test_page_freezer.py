@@ -106,27 +106,23 @@ def test_founders_have_equal_shares_in_the_form(page: Page) -> None:
     expect(page.get_by_test_id("start")).to_be_enabled()
 
 
-def test_a_schedule_is_text_with_a_line_for_each_generation(page: Page) -> None:
+def test_a_schedule_is_rows_of_generation_setting_and_value(page: Page) -> None:
     page.goto("/#/live")
-    schedule = page.get_by_test_id("schedule")
-    text = "0 learning.rate=0.2\n5 learning.rule=none world.start.x=300"
-    schedule.fill(text)
+    for _ in range(2):
+        page.get_by_test_id("add-schedule").click()
+    page.get_by_test_id("schedule-generation-1").fill("5")
+    page.get_by_test_id("schedule-value-1").select_option("none")
+    page.get_by_test_id("schedule-path-0").select_option("learning.rate")
+    page.get_by_test_id("schedule-value-0").fill("0.2")
+    page.get_by_test_id("schedule-value-0").blur()
     expected = [
         {"generation": 0, "learning.rate": 0.2},
-        {"generation": 5, "learning.rule": "none", "world.start.x": 300},
+        {"generation": 5, "learning.rule": "none"},
     ]
     expect(page.get_by_test_id("start")).to_be_enabled()
     expect(page).to_have_url(re.compile("0.2"))
     assert read_changes(page)["schedule"] == expected
-    # A link restores the text.
+    # A link restores the rows.
     page.reload()
-    expect(schedule).to_have_value(text)
-    # The server checks the text.
-    for wrong, message in (
-        ("soon learning.rate=0.2", "generation"),
-        ("5 learning.rule", "learning.rule"),
-        ("5 population.size=9", "cannot change during a run"),
-    ):
-        schedule.fill(wrong)
-        expect(page.get_by_test_id("custom-schedule").locator(".fault")).to_contain_text(message)
-        expect(page.get_by_test_id("start")).to_be_disabled()
+    expect(page.get_by_test_id("schedule-generation-1")).to_have_value("5")
+    expect(page.get_by_test_id("schedule-value-1")).to_have_value("none")

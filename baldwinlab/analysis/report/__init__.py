@@ -13,6 +13,7 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.figures import SETUP_FIGURES, draw_figures
 from baldwinlab.analysis.report.headline import compose_headline
+from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.replays import link_conditions
 from baldwinlab.analysis.report.sections import (
     ReportSummary,
@@ -25,7 +26,6 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.experiment.outcome import name_measures
 from baldwinlab.papers.claims import KINDS
 
 __all__ = [

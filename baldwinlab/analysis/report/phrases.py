@@ -6,14 +6,29 @@ import math
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.statistics.numbers import format_number, format_signed
-from baldwinlab.experiment.outcome import MEASURE_NAMES
+from baldwinlab.experiment.outcome import FOOD_OUTCOMES, name_share
 
+MEASURE_NAMES = {
+    "best": "best agent",
+    "mean": "average agent",
+    "share": "share of agents that eat",
+    "most": "highest number of items that an agent ate",
+    "unseen-maps": "average agent on unseen maps",
+}
 RULE_AGGREGATES = {
     "mean_within": ", mean over runs",
     "mean_at_most": ", mean over runs",
     "every_at_most": ", maximum over runs",
     "every_at_least": ", minimum over runs",
 }
+
+
+def name_measures(outcome: str) -> dict[str, str]:
+    """Return the name of each measure."""
+    names = MEASURE_NAMES | {"share": name_share(outcome)}
+    if outcome in FOOD_OUTCOMES:
+        return names
+    return names | {"most": "highest fitness of any agent"}
 
 
 def format_effect(finding: Finding) -> str:

@@ -17,7 +17,6 @@ from baldwinlab.analysis.report import content, phrases
 from baldwinlab.analysis.statistics import contrast_table, numbers
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
-from baldwinlab.experiment.outcome import MEASURE_NAMES
 
 FIGURE_PATTERN: Final = re.compile(r'<figure id="([^"]+)"')
 REFERENCE_PATTERN: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
@@ -83,7 +82,7 @@ def _make_environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= TEMPLATE_FILTERS
-    environment.globals |= {"measures": MEASURE_NAMES, "colours": palette.report_css()}
+    environment.globals |= {"measures": phrases.MEASURE_NAMES, "colours": palette.report_css()}
     environment.globals["contrast_headings"] = contrast_table.HEADINGS
     return environment
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
@@ -26,7 +27,7 @@ from baldwinlab.analysis.statistics.numbers import (
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
-from baldwinlab.experiment.outcome import name_measures, name_outcome_of
+from baldwinlab.experiment.outcome import name_outcome_of
 
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",

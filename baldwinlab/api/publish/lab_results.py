@@ -31,7 +31,6 @@ from baldwinlab.experiment.outcome import (
     combine_outcomes,
     describe_measures,
     name_food_outcome,
-    name_measures,
 )
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
@@ -70,6 +69,9 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     }
     if not names:
         return results
+    # This import takes time.
+    from baldwinlab.analysis.report.phrases import name_measures
+
     if data is None or data["condition"].values.tolist() != names:
         data = open_sample(study, names)
     data = fitness.cache_measures(data)

@@ -4,13 +4,8 @@ import { el, isServerless, postJSON } from "./common.js";
 import { applyChanges, findChanges } from "./experiment_changes.js";
 import { createForm } from "./form.js";
 import { createFoundersField } from "./founders_field.js";
-import { createScheduleField } from "./schedule_field.js";
+import { createScheduleField, listSettings } from "./schedule_field.js";
 
-// The inputs of fields that need more than a number, a choice or a list.
-const CUSTOM_FIELDS = {
-  "evolution.founders": createFoundersField,
-  schedule: createScheduleField,
-};
 // Shown before all parameters.
 const MAIN_SETTINGS = {
   "learning.rule": "Learning rule",
@@ -18,7 +13,6 @@ const MAIN_SETTINGS = {
   "evolution.mutation_size": "Mutation size",
   "senses.visual_radius": "Visual range",
 };
-
 export class ExperimentFields {
   /**
    * @param {() => void} changed called after each change
@@ -60,7 +54,7 @@ export class ExperimentFields {
           initial,
           () => this.changed(),
           (value) => this.build(value),
-          isServerless() ? {} : CUSTOM_FIELDS,
+          isServerless() ? {} : createCustomFields(schema, initial),
         ),
       );
     }
@@ -79,6 +73,15 @@ export class ExperimentFields {
       if (open.has(group.dataset.testid)) group.open = true;
     if (focused) document.getElementById(focused)?.focus();
   }
+}
+
+/** Return the inputs of the fields that need more than a number, a choice or a list. */
+function createCustomFields(schema, experiment) {
+  const settings = listSettings(schema, experiment);
+  return {
+    "evolution.founders": createFoundersField,
+    schedule: (value, set) => createScheduleField(value, set, settings),
+  };
 }
 
 /** Return the elements of the main settings. They are moved out of their groups. */
