@@ -32,23 +32,13 @@ from baldwinlab.experiment.outcome import (
     describe_measures,
     name_food_outcome,
 )
-from baldwinlab.experiment.species_measures import list_species_curves
+from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
-SPECIES_CURVES: Final = {
-    "mean": {"title": "Fitness of the average agent of each species", "axis": "fitness"},
-    "share": {"title": "Share of agents of each species with fitness above 0", "axis": "share"},
-    "composition": {"title": "Shares of the species", "axis": "share of the agents"},
-    "survivors": {
-        "title": "Agents of each species that are alive at the end of a lifetime",
-        "axis": "agents",
-    },
-}
-"""The charts of species, in the order of the page."""
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from baldwinlab.core.file_names import find_name_fault
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.outcome import describe_experiment_measures
-from baldwinlab.experiment.species_measures import list_species_curves
+from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources.freezer import require_usable_founders
 from baldwinlab.lab.sources.limits import check_size, estimate_memory
@@ -181,7 +181,9 @@ def summarize_run(run: LiveRun) -> dict[str, Any]:
         "experiment": run.experiment.to_dict(),
         "alleles": list(read_alleles(run.experiment)),
         **describe_species(run.experiment),
-        "species_curves": list_species_curves(run.experiment),
+        "species_curves": {
+            curve: SPECIES_CURVES[curve] for curve in list_species_curves(run.experiment)
+        },
         "measures": describe_experiment_measures(run.experiment),
         "seed": run.seed,
         "runs": run.n_runs,
