@@ -1,6 +1,7 @@
 """The freezer: genome files in the served folder, written from any lifetime that the lab shows.
 
-The files are those of `baldwinlab freeze`. The page names them by their path in the folder.
+The files are those of `baldwinlab freeze`. The page names them by their path in the folder. The
+agents of two files can compete in one population.
 """
 
 from __future__ import annotations
@@ -42,6 +43,11 @@ NAME_PATTERN: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9+_-]{0,99}")
 MAX_FILE_BYTES: Final = 50_000_000
 MAX_LISTED_FILES: Final = 200
 FOUNDERS_FIELD: Final = "evolution.founders"
+# Lives of a competition. Each of them is simulated twice, see `compete`.
+MAX_LIVES: Final = 200
+SIMULATIONS_PER_LIFE: Final = 2
+# A server simulates one competition at a time.
+_running = Lock()
 
 
 def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
@@ -189,13 +195,6 @@ def require_usable_founders(lab: Lab, experiment: BaseExperiment, n_runs: int) -
         require_founders(experiment, n_runs)
     except ValueError as error:
         raise ValueError(f"{FOUNDERS_FIELD}: {error}") from None
-
-
-MAX_LIVES: Final = 200
-# Each life is simulated twice, see `compete`.
-SIMULATIONS_PER_LIFE: Final = 2
-# A server simulates one competition at a time.
-_running = Lock()
 
 
 def start_competition(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,7 @@
-"""The stored studies: their conditions and runs, and the experiments."""
+"""The stored studies: their conditions, runs and experiments, and the parts that they miss.
+
+The results of a study whose parts are not loaded can be read. Its lifetimes cannot be simulated.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,9 @@ from baldwinlab.lab.sources.study_access import (
 from baldwinlab.studies.part_sources import PartRecord, stored_source
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
+
+# Placeholder of a file whose path only the user knows.
+UNKNOWN_FILE: Final = "FILE"
 
 
 def list_studies(lab: Lab, query: Query) -> dict[str, Any]:
@@ -114,10 +120,6 @@ def _read_paper(study: StudyStore) -> tuple[str, str]:
         return paper.metadata.emergence, question
     except papers.PaperError:
         return "", ""
-
-
-# Placeholder of a file whose path only the user knows.
-UNKNOWN_FILE: Final = "FILE"
 
 
 def describe_missing_parts(lab: Lab, study: StudyStore) -> str:

@@ -118,7 +118,7 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
         genomes = iterate_genomes(experiment, study.record(experiment.name, run))
         frequencies = compute_allele_frequencies(experiment, genomes)
         return binary_frames.pack(
-            _make_header(experiment, first_generation=0), {"share": frequencies}
+            _make_allele_header(experiment, first_generation=0), {"share": frequencies}
         )
 
     return lab.cache.get(("alleles", experiment, study.seed, run), make)
@@ -142,7 +142,7 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
         )
     frequencies = compute_allele_frequencies(experiment, [genomes])
     return binary_frames.pack(
-        _make_header(experiment, first_generation=generation), {"share": frequencies}
+        _make_allele_header(experiment, first_generation=generation), {"share": frequencies}
     )
 
 
@@ -163,7 +163,7 @@ def compute_allele_frequencies(
     )
 
 
-def _make_header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
+def _make_allele_header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
     return {
         "kind": "alleles",
         "alleles": list(model_displays.read_alleles(experiment)),
