@@ -127,7 +127,7 @@ def _register_notebook_display() -> None:
 
 def _format_dataset(dataset: Any) -> Any:
     """Return the HTML of a dataset. The import takes time, so it is done at the first use."""
-    return import_module("baldwinlab.lab.notebook_player").format_html(dataset)
+    return import_module("baldwinlab.lab.pages.notebook_player").format_html(dataset)
 
 
 _register_notebook_display()

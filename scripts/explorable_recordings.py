@@ -14,11 +14,12 @@ import numpy as np
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import binary_frames, single_page
-from baldwinlab.lab.explorable import scenes
-from baldwinlab.lab.explorable.page import RECORDINGS_FILE
-from baldwinlab.lab.life_query import Life, Span, StartData
-from baldwinlab.lab.recording import record_life
+from baldwinlab.lab.pages import single_page
+from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.lab.pages.explorable.page import RECORDINGS_FILE
+from baldwinlab.lab.sources import binary_frames
+from baldwinlab.lab.sources.life_query import Life, Span, StartData
+from baldwinlab.lab.sources.recording import record_life
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 
 # Arrays that change little from row to row.

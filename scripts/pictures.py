@@ -18,8 +18,8 @@ from typing import Final
 import uvicorn
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from baldwinlab.lab.access import Access
-from baldwinlab.lab.server import make_app
+from baldwinlab.lab.server.access import Access
+from baldwinlab.lab.server.app import make_app
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 LIFE: Final = "condition=evo%2Bself-taught/B&generation=99&step=3200"

@@ -25,8 +25,8 @@ from baldwinlab.core import variables
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.lab.export import render_live_page
-from baldwinlab.lab.schema import make_schema
+from baldwinlab.lab.pages.export import render_live_page
+from baldwinlab.lab.sources.experiment_form import make_schema
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.assays.catalog import load_assays
 

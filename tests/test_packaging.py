@@ -56,7 +56,7 @@ def test_the_wheel_has_all_files_of_the_package(archives: Path) -> None:
         ["git", "ls-files", "baldwinlab"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert set(tracked.stdout.split()) <= names, "a tracked file is missing"
-    assert {"baldwinlab/py.typed", "baldwinlab/lab/teaching/lesson-1.md"} <= names
+    assert {"baldwinlab/py.typed", "baldwinlab/lab/pages/teaching/lesson-1.md"} <= names
 
 
 def test_citation_and_changelog_have_the_version_of_the_package() -> None:

@@ -32,7 +32,7 @@ def write_page(
     # Check the output before the engine is loaded, which takes a while.
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
     from baldwinlab.engine.wasm import find_linker
-    from baldwinlab.lab.export import render_live_page, require_browser_support
+    from baldwinlab.lab.pages.export import render_live_page, require_browser_support
     from baldwinlab.models.miniworld.backends.wasm_modules import is_module_available
 
     experiments, study_seed = _load_experiments(source, set)
@@ -49,7 +49,7 @@ def write_explorable(source: str, path: Path, *, force: bool = False) -> str:
     """Write the essay on the Baldwin effect whose pictures simulate."""
     # Check the output before the engine is loaded, which takes a while.
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
-    from baldwinlab.lab.explorable.page import render_explorable
+    from baldwinlab.lab.pages.explorable.page import render_explorable
 
     page = render_explorable()
     write_atomically(path, page)
@@ -61,7 +61,7 @@ def write_lessons(source: str, path: Path | None, *, force: bool = False) -> str
     folder = path or DEFAULT_LESSON_FOLDER
     _require_lesson_folder(folder, force=force)
     # Imported late: loading the engine takes a while.
-    from baldwinlab.lab.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
+    from baldwinlab.lab.pages.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
 
     pages = render_lesson_pack()
     for page, content in pages.items():

@@ -24,7 +24,7 @@ from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import is_local
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.access import Access, load_token
+from baldwinlab.lab.server.access import Access, load_token
 from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")
@@ -147,7 +147,7 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
     The options are those of `make_app`.
     """
     # Imported late: the lab needs the packages of an extra, and takes a while to load.
-    from baldwinlab.lab.server import make_app, make_server
+    from baldwinlab.lab.server.app import make_app, make_server
 
     warm_up_thread = threading.Thread(target=_warm_up)
     has_loaded = threading.Event()
@@ -183,7 +183,7 @@ def _preload(has_loaded: threading.Event) -> None:
     try:
         # These imports take seconds.
         import baldwinlab.analysis.statistics.fitness  # noqa: F401
-        from baldwinlab.lab.presets import list_presets
+        from baldwinlab.lab.sources.presets import list_presets
     finally:
         has_loaded.set()
 

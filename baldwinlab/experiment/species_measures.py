@@ -12,6 +12,18 @@ from baldwinlab.experiment.species import ACROSS
 if TYPE_CHECKING:
     import xarray as xr
 
+# The charts of species in the lab, by curve, in this order.
+SPECIES_CURVES: Final = {
+    "mean": {"title": "Fitness of the average agent of each species", "axis": "fitness"},
+    "share": {"title": "Share of agents of each species with fitness above 0", "axis": "share"},
+    "size": {"title": "Agents of each species", "axis": "agents"},
+    "composition": {"title": "Shares of the species", "axis": "share of the agents"},
+    "survivors": {
+        "title": "Agents of each species that are alive at the end of a lifetime",
+        "axis": "agents",
+    },
+}
+
 
 def list_species_curves(experiment: Any) -> list[str]:
     """Return the names of the curves of each species that the lab shows; none without species.

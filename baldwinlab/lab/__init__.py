@@ -1,7 +1,6 @@
 """The lab: a local server and a web page that show, run, replay and share studies.
 
-The lab needs the extra `lab`. Code that works without this extra imports only `single_page`,
-`schema`, `export` and `notebook_player` from this package.
+The package `server` needs the extra `lab`. The packages `sources` and `pages` work without it.
 """
 
 from __future__ import annotations
@@ -12,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from baldwinlab.lab.cache import Cache
+from baldwinlab.lab.sources.memory import Cache
 from baldwinlab.studies.records import StudyError
 
 if TYPE_CHECKING:
-    from baldwinlab.lab.live import Live
+    from baldwinlab.lab.sources.live import Live
 
 MAX_QUEUED_RESPONSES = 4
 

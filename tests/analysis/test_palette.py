@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.analysis import palette
-from baldwinlab.lab.single_page import STATIC_FOLDER
+from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 
 PACKAGE = Path(baldwinlab.__file__).parent
 COLOR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")

@@ -21,7 +21,7 @@ from rich.console import Console
 from baldwinlab.cli import lab
 from baldwinlab.core import console
 from baldwinlab.core.extras import missing_extra_error
-from baldwinlab.lab.access import Access
+from baldwinlab.lab.server.access import Access
 from baldwinlab.papers.presets import load
 from tests.commands import Command
 from tests.lab.client import CLIENT, LabServer

@@ -15,7 +15,7 @@ from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.paths import combine_settings, nest_settings
 from baldwinlab.experiment.schedule import parse_changes
 from baldwinlab.experiment.toml import format_assignments, from_toml, to_toml
-from baldwinlab.lab.experiment_form import find_errors
+from baldwinlab.lab.sources.experiment_form import find_errors
 from baldwinlab.studies.sweeps.design import expand_sweep
 from baldwinlab.studies.sweeps.file import validate_sweep
 

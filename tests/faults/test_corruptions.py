@@ -13,8 +13,8 @@ import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.lab import Lab
-from baldwinlab.lab.live import Live
-from baldwinlab.lab.studies import summarize
+from baldwinlab.lab.sources.live import Live
+from baldwinlab.lab.sources.studies import summarize
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount

@@ -16,8 +16,8 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 from websockets.sync.client import ClientConnection, connect
 
-from baldwinlab.lab import binary_frames
-from baldwinlab.lab.access import make_cookie_name
+from baldwinlab.lab.server.access import make_cookie_name
+from baldwinlab.lab.sources import binary_frames
 
 # `httpx.get` loads certificates on each call, which takes 0.1 s. A lab on loopback needs none.
 CLIENT = httpx.Client(timeout=300, verify=False, limits=httpx.Limits(max_keepalive_connections=0))

@@ -6,7 +6,7 @@ from typing import Any
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.life_query import Life, StartData
+from baldwinlab.lab.sources.life_query import Life, StartData
 from baldwinlab.papers.presets import load
 
 CROWD_SIZE = 5000

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import single_page
+from baldwinlab.lab.pages import single_page
 
 VARIABLES = ("food_eaten", "energy", "parents", "genome")
 SIMULATE = """(program, experiment) => {

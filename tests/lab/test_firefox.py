@@ -11,9 +11,9 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
-from baldwinlab.lab.explorable import scenes
-from baldwinlab.lab.export import render_live_page
-from baldwinlab.lab.notebook_player import format_html
+from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.lab.pages.export import render_live_page
+from baldwinlab.lab.pages.notebook_player import format_html
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate

@@ -7,7 +7,7 @@ import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from baldwinlab.lab.single_page import STATIC_FOLDER
+from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 
 IMPORTED = re.compile(r"""(?:from\s+|import\s*\(\s*|import\s+)["'](\.\.?/[\w./]+\.js)["']""")
 

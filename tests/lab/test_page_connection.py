@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from baldwinlab.cli.lab import open_listener
-from baldwinlab.lab.access import Access
+from baldwinlab.lab.server.access import Access
 from tests.cli.test_lab import start_lab
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study

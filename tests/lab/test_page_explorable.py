@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.explorable import scenes
+from baldwinlab.lab.pages.explorable import scenes
 from tests.axe import find_violations
 from tests.lab.client import draw_frames
 from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show

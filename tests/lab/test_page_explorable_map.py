@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.lab.explorable import scenes
+from baldwinlab.lab.pages.explorable import scenes
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
 from tests.lab.essays import STRINGS, open_essay, show

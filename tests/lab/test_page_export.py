@@ -13,7 +13,7 @@ from playwright.sync_api import Error, Page, expect
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.added_parts import added_choices
-from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation.simulate import simulate

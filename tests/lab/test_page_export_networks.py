@@ -13,10 +13,10 @@ from playwright.sync_api import Page, expect
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import binary_frames
-from baldwinlab.lab.export import render_live_page
-from baldwinlab.lab.life_query import Life, Span, StartData
-from baldwinlab.lab.recording import record_life
+from baldwinlab.lab.pages.export import render_live_page
+from baldwinlab.lab.sources import binary_frames
+from baldwinlab.lab.sources.life_query import Life, Span, StartData
+from baldwinlab.lab.sources.recording import record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
 from tests.lab.test_page_export import is_bit_identical, shorten, start_run

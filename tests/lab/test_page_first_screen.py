@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.papers import presets
 from tests.lab.client import LabServer
 from tests.lab.test_page_export import shorten

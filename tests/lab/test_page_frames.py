@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab import binary_frames
-from baldwinlab.lab.export import render_live_page
-from baldwinlab.lab.frames import FrameQuery, Window, make_frames
-from baldwinlab.lab.world_cursor import WorldCursor
+from baldwinlab.lab.pages.export import render_live_page
+from baldwinlab.lab.sources import binary_frames
+from baldwinlab.lab.sources.frames import FrameQuery, Window, make_frames
+from baldwinlab.lab.sources.world_cursor import WorldCursor
 from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer
 from tests.lab.conftest import run_server

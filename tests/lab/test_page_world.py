@@ -12,9 +12,9 @@ from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.agent_inspector import inspect_agent
-from baldwinlab.lab.life_query import Life, Span, StartData
-from baldwinlab.lab.recording import record_life
+from baldwinlab.lab.sources.inspector import inspect_agent
+from baldwinlab.lab.sources.life_query import Life, Span, StartData
+from baldwinlab.lab.sources.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
 from tests.lab.client import LabServer, draw_frames, wait_for
 from tests.lab.conftest import run_server

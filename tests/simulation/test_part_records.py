@@ -20,7 +20,7 @@ from baldwinlab.evolution import (
     needs_simulation,
 )
 from baldwinlab.experiment import Experiment, ExperimentError, registry
-from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.parts import Fitness, per_agent, per_run
 from baldwinlab.parts.loading import load_file, parts_in

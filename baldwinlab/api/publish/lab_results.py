@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import isnan
 from typing import Any, Final
 
 from baldwinlab.analysis.assays.reaction_panels import Panel, make_reaction_panels
@@ -15,24 +14,31 @@ from baldwinlab.analysis.statistics.contrast_table import (
     list_cells,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
+from baldwinlab.analysis.statistics.contrasts import (
+    COMPARED_MEASURES,
+    Contrasts,
+    compare_final_values,
+    final_values,
+)
 from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
+from baldwinlab.api.publish.run_table import DEFAULT_LAST, record_runs, to_list
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
-from baldwinlab.experiment.outcome import combine_outcomes, describe_measures, name_food_outcome
-from baldwinlab.experiment.species_measures import list_species_curves
+from baldwinlab.experiment.outcome import (
+    combine_outcomes,
+    describe_measures,
+    name_food_outcome,
+)
+from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
-DEFAULT_LAST: Final = 10
-"""Default number of final generations of the report."""
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 
@@ -49,28 +55,32 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
         "generation": [],
         "swept": study.kind == SWEEP,
         "curves": {name: {} for name in names},
-        "final": {name: {} for name in names},
         "typical_run": {},
     }
     if not names:
         return results
+    # This import takes time.
+    from baldwinlab.analysis.report.phrases import name_measures
+
     if data is None or data["condition"].values.tolist() != names:
         data = open_sample(study, names)
     data = fitness.cache_measures(data)
-    results["measures"] = describe_measures(fitness.outcome(data))
+    outcome = fitness.outcome(data)
+    results["measures"] = describe_measures(outcome)
+    results["claim_measures"] = name_measures(outcome)
+    results["compared_measures"] = list(COMPARED_MEASURES)
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
         average, low, high = curve_intervals.interval_of_mean(compute(data))
         curves = {"mean": average, "low": low, "high": high}
-        finals = fitness.final(data, measure)
         for name in names:
             results["curves"][name][measure] = {
-                curve_name: _to_list(curve.sel(condition=name))
+                curve_name: to_list(curve.sel(condition=name))
                 for curve_name, curve in curves.items()
             }
-            values = finals.sel(condition=name, run=sample_runs(study, name))
-            results["final"][name][measure] = _to_list(values)
+    results["runs"] = record_runs(study, data)
     results["species"] = _compute_species(study, data)
+    results["species_curves"] = SPECIES_CURVES
     results["comparison"] = _comparison_record(study, data)
     results["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return results
@@ -100,7 +110,7 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
     """Return the mean over runs of values [run, generation], and its 95 % interval."""
     average, low, high = curve_intervals.interval_of_mean(values)
-    return {"mean": _to_list(average), "low": _to_list(low), "high": _to_list(high)}
+    return {"mean": to_list(average), "low": to_list(low), "high": to_list(high)}
 
 
 def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
@@ -187,7 +197,7 @@ def read_run_curves(
         return {}
     data = open_conditions(study, [condition])
     curves = fitness.MEASURES[measure](data).sel(condition=condition)
-    return {str(run): _to_list(curves.sel(run=run)) for run in runs}
+    return {str(run): to_list(curves.sel(run=run)) for run in runs}
 
 
 def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
@@ -215,7 +225,7 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
         median, low, high = curve_intervals.interval_of_median(fitness_values)
         curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
-            curve_name: _to_list(curve.reindex(position=indices))
+            curve_name: to_list(curve.reindex(position=indices))
             for curve_name, curve in curves.items()
         }
     return summaries
@@ -244,8 +254,3 @@ def _select_values(study: StudyStore, names: list[str], values: list[Any]) -> li
     """Return the values of the named conditions, from values of all conditions of the study."""
     value_by_name = dict(zip(study.experiments, values, strict=True))
     return [value_by_name[name] for name in names]
-
-
-def _to_list(values: xr.DataArray) -> list[float | None]:
-    """Return the values as a list, with None for NaN."""
-    return [None if isnan(value) else value for value in values.values.tolist()]

@@ -19,7 +19,7 @@ from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.store import StudyStore
 
 CACHE_FILE: Final = "results.json"
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Number of the format of the results. It changes with their keys."""
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""

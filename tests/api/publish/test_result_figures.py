@@ -45,8 +45,7 @@ def test_the_numbers_of_curves_and_boxes_are_those_of_the_page(study: StudyStore
     # The boxes have a value per run.
     file = make_figure_file(study, "final-fitness", "csv", NAMES)
     rows = [*csv.DictReader(file.content.decode().splitlines())]
-    finals = compute_results(study)["final"]
-    expected = sorted(value for name in NAMES for value in finals[name]["mean"])
+    expected = sorted(row["mean"] for row in compute_results(study)["runs"]["rows"])
     assert sorted(float(row["mean"]) for row in rows) == pytest.approx(expected)
 
 

@@ -1,4 +1,4 @@
-/** Record lifetimes in the browser, as lab/recording.py. Needs no page. */
+/** Record lifetimes in the browser, as lab/sources/recording.py. Needs no page. */
 
 const MAX_RECORDING_BYTES = 64_000_000;
 
@@ -14,7 +14,7 @@ export function limitSpan({ lifetime: { steps }, population: { size } }, first =
  * Return the arrays of a recording.
  * @param {import("./simulation.js").Run} run prepared, with the genomes of a generation
  * @param {{generation: number, first: number, last: number, appearance: object}} span
- * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
+ * @returns {Object<string, ArrayLike<number>>} as in lab/sources/recording.py
  */
 export function recordLifetime(run, { generation, first, last, appearance }) {
   const recorder = new LifetimeRecorder(run, appearance, last - first);

@@ -12,11 +12,6 @@ export const STATISTICS = {
   mean: { name: "mean and 95 % interval", title: "mean of RUNS runs with 95 % interval" },
   median: { name: "median, 50 % and 90 %", title: "median, 50 % and 90 % of RUNS runs" },
 };
-// The charts of numbers of agents, by measure.
-const COUNT_TITLES = {
-  size: "Agents of each species",
-  survivors: "Agents of each species that are alive at the end of a lifetime",
-};
 
 const EARLIER_DASHES = [[2, 3], [8, 4], undefined];
 
@@ -50,8 +45,8 @@ export class LiveCurves {
     this.charts = [];
     this.createFitnessChart(fitnessRoot);
     this.createShareChart(shareRoot);
-    for (const measure of feed.summary.species_curves ?? [])
-      if (COUNT_TITLES[measure]) this.createCountChart(countRoot, measure);
+    for (const [measure, { title, axis }] of Object.entries(feed.summary.species_curves ?? {}))
+      if (axis === "agents") this.createCountChart(countRoot, measure, title);
   }
 
   createFitnessChart(root) {
@@ -65,17 +60,17 @@ export class LiveCurves {
   }
 
   createShareChart(root) {
-    const { title } = this.feed.summary.measures.share;
+    const { measures, species_curves: speciesCurves } = this.feed.summary;
     this.createChart(root, "share", () => this.listShareSeries(), {
-      title: this.species.length ? "Share of agents with fitness above 0" : title,
+      title: (speciesCurves?.share ?? measures.share).title,
       yLabel: "share",
       height: 150,
     });
   }
 
-  createCountChart(root, measure) {
+  createCountChart(root, measure, title) {
     this.createChart(root, measure, () => this.listSpeciesSeries(measure), {
-      title: COUNT_TITLES[measure],
+      title,
       yLabel: "agents",
       height: 150,
     });

@@ -52,7 +52,7 @@ export function showState(badge, state) {
  * @property {string} saved_as the study, or empty
  * @property {boolean} [alleles] whether the model has alleles instead of a world
  * @property {object[]} [species]
- * @property {object[]} [species_curves]
+ * @property {Object<string, {title: string, axis: string}>} [species_curves]
  */
 
 /**

@@ -1,7 +1,7 @@
 /** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
 import { createCommandHint, el, formatNumber } from "../core/common.js";
-import { findLastLifetime } from "./results_measures.js";
+import { findLastLifetime } from "./results_runs.js";
 
 // The tone, and the singular and plural forms of the count.
 export const VERDICTS = {
@@ -10,12 +10,6 @@ export const VERDICTS = {
   "does not hold": ["warm", "does not hold", "do not hold"],
   "not evaluated": ["", "is not evaluated", "are not evaluated"],
 };
-const MEASURES = {
-  best: "best agent",
-  mean: "average agent",
-  share: "share of agents that eat",
-  most: "maximum eaten by one agent",
-};
 
 /**
  * Return the section of the claims, or "" for a study without a paper and without claims.
@@ -23,7 +17,7 @@ const MEASURES = {
  */
 export function createClaimList(view) {
   const { study } = view;
-  const { claims, problem, typical_run: typicalRuns } = view.results;
+  const { claims, problem, claim_measures: measures = {}, typical_run: typicalRuns } = view.results;
   const section = el(
     "details",
     { class: "card", open: Boolean(problem), "data-testid": "claims" },
@@ -54,7 +48,7 @@ export function createClaimList(view) {
     const lifetimes = [claim.condition, claim.comparison]
       .filter((name) => typicalRuns[name] !== undefined)
       .map((name) => findLastLifetime(view, name, typicalRuns[name]));
-    section.append(createClaimEntry(claim, lifetimes));
+    section.append(createClaimEntry(claim, measures[claim.measure] ?? claim.measure, lifetimes));
   }
   return section;
 }
@@ -77,7 +71,12 @@ function countVerdicts(claims) {
   }.`;
 }
 
-function createClaimEntry(claim, lifetimes) {
+/**
+ * @param {object} claim
+ * @param {string} measure its name
+ * @param {any} lifetimes that the entry links to, at most two
+ */
+function createClaimEntry(claim, measure, lifetimes) {
   return el(
     "article",
     { class: "claim", "data-testid": `claim-${claim.id}` },
@@ -95,7 +94,7 @@ function createClaimEntry(claim, lifetimes) {
     el(
       "dl",
       { class: "claim-facts" },
-      ...createFactRows("Measured", describeEffect(claim)),
+      ...createFactRows("Measured", describeEffect(claim, measure)),
       ...(claim.paper ? createFactRows("The paper", claim.paper) : []),
       ...(lifetimes.length ? createFactRows("Watch", createWatchLink(lifetimes)) : []),
     ),
@@ -106,7 +105,7 @@ function createFactRows(name, ...values) {
   return [el("dt", {}, name), el("dd", {}, ...values)];
 }
 
-function describeEffect(claim) {
+function describeEffect(claim, measure) {
   if (claim.effect === null)
     return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
   const comparison = claim.p === null
@@ -123,7 +122,7 @@ function describeEffect(claim) {
     : "";
   return (
     `${sign}${formatNumber(claim.effect)}${interval}${p}; ` +
-    `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}` +
+    `${measure}, ${comparison}${weakest}` +
     (claim.note ? `; ${claim.note}` : "")
   );
 }

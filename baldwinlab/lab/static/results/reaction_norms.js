@@ -15,7 +15,7 @@ const EXPLANATION =
  * @param {HTMLElement} section
  * @param {Promise<{unit: string, panels: object[]}>} response of /api/results/reaction
  * @param {string} argument the study as the argument of a command
- * @param {import("./results_panels.js").Group[]} groups the visible groups
+ * @param {import("./results_factors.js").Group[]} groups the visible groups
  * @param {string|undefined} field the changed setting, from the address
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{destroy: () => void}}

@@ -4,7 +4,7 @@ import { drawBoxChart } from "../charts/box_chart.js";
 import { selectSeriesStyle } from "../charts/chart_series.js";
 import { el } from "../core/common.js";
 import { createChartDownloads } from "../core/downloads.js";
-import { findLastLifetime, findRuns, hasWorldView } from "./results_measures.js";
+import { findLastLifetime, hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
 
 const CSV_COLUMNS = ["box", "condition", "run", "value"];
@@ -13,7 +13,7 @@ const CSV_COLUMNS = ["box", "condition", "run", "value"];
  * Draw the final values of a measure, with downloads.
  * @param {HTMLElement} root is filled
  * @param {import("./view_results.js").ResultsState} view
- * @param {"best"|"mean"} measure
+ * @param {string} measure
  * @returns {{destroy: () => void}}
  */
 export function drawBoxes(root, view, measure) {
@@ -42,7 +42,8 @@ export function hasReportBoxes({ hasSingleConditions, results }) {
 
 /** Return the box of a group. Its points link to lifetimes if the conditions have a world. */
 function createBox(view, measure, { label, conditions, style }) {
-  const points = listPoints(view, measure, conditions);
+  const points = listRuns(view, conditions)
+    .map((row) => ({ condition: row.condition, run: row.run, value: row[measure] }));
   const { axis } = view.results.measures[measure];
   const describe = (index) => {
     const { condition, run, value } = points[index];
@@ -61,15 +62,4 @@ function createBox(view, measure, { label, conditions, style }) {
     return formatLifetimeAddress(findLastLifetime(view, condition, run));
   };
   return { ...box, targetText: "Open the last generation.", href };
-}
-
-/** Return the final value of each run. */
-function listPoints({ study, results }, measure, conditions) {
-  return conditions.flatMap((condition) =>
-    findRuns(study, condition).map((run, index) => ({
-      condition,
-      run,
-      value: results.final[condition][measure][index],
-    }))
-  );
 }

@@ -12,18 +12,17 @@ import {
   listCurveRows,
 } from "../core/downloads.js";
 import { combineCurves } from "./results_factors.js";
-import { findRuns, hasWorldView } from "./results_measures.js";
+import { hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
 
 const RUN_COLUMNS = ["curve", "run", "generation", "value"];
 
 /** Return the meaning of the bands, with the number of runs. */
-function explainBands({ study, groups, hasSingleConditions, by }) {
+function explainBands(view) {
+  const { groups, hasSingleConditions, by } = view;
   if (!hasSingleConditions)
     return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
-  const runs = groups.flatMap(({ conditions }) =>
-    conditions.map((name) => findRuns(study, name).length)
-  );
+  const runs = groups.map(({ conditions }) => listRuns(view, conditions).length);
   const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
   return `Bands: 95 % intervals of the mean, ${range} runs.`;
 }

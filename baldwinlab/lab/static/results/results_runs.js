@@ -1,13 +1,34 @@
-/** A sortable table of all runs, with a CSV download. */
+/** The runs of a study: their table with a CSV download, and their last lifetimes. */
 
 import { createButton, el, formatNumber } from "../core/common.js";
 import { createDownloadButton, formatCsv } from "../core/downloads.js";
 import { createFreezerButton } from "../world/freezer_button.js";
-import { findLastLifetime, findRuns, hasWorldView } from "./results_measures.js";
-import { formatLifetimeAddress } from "../core/sources.js";
+import { formatLifetimeAddress, isViewable } from "../core/sources.js";
 
-const MEASURE_COLUMNS = ["best", "mean", "share"];
-const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
+/**
+ * @typedef {object} Column of the table, as `run_table.py` describes it
+ * @property {string} key
+ * @property {string} title
+ * @property {"text"|"number"} format
+ * @property {"ascending"|"descending"} order of the first click
+ */
+
+/** Return the rows of conditions, with a value per column. */
+export function listRuns({ results }, conditions) {
+  return results.runs.rows.filter(({ condition }) => conditions.includes(condition));
+}
+
+/** Return whether the World tab can show a condition. */
+export function hasWorldView({ study }, name) {
+  return study.conditions.some((condition) => condition.name === name && isViewable(condition));
+}
+
+/** Return the lifetime of the last generation of a run. */
+export function findLastLifetime({ study, results }, condition, run) {
+  const [{ mean }] = Object.values(results.curves[condition]);
+  const generation = results.generation[mean.findLastIndex((value) => value !== null)];
+  return { study: study.id, condition, run, generation };
+}
 
 /**
  * Return the table of all runs of the visible conditions, in a closed section.
@@ -15,57 +36,47 @@ const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
  */
 export function createRunTable(view) {
   const table = new RunTable(view);
+  const keys = table.columns.map(({ key }) => key);
   return el(
     "details",
     { "data-testid": "runs", ontoggle: () => table.showOnce() },
-    el("summary", {}, `All runs (${table.rows.length}), averaged over the last ten generations`),
+    el("summary", {}, `All runs (${table.rows.length}), ${view.results.runs.note}`),
     el(
       "div",
       { class: "results-runs", tabindex: "0", role: "region", "aria-label": "All runs" },
       table.element,
     ),
-    createDownloadButton("runs.csv", () => formatCsv(COLUMNS, table.rows)),
+    createDownloadButton("runs.csv", () => formatCsv(keys, table.rows)),
   );
-}
-
-/** Return one row per run of a condition, with the final value of each measure. */
-function listRunRows({ study, results }, condition) {
-  return findRuns(study, condition).map((run, index) => {
-    const finalValues = MEASURE_COLUMNS.map((measure) => [
-      measure,
-      results.final[condition][measure][index],
-    ]);
-    return { condition, run, ...Object.fromEntries(finalValues) };
-  });
 }
 
 class RunTable {
   constructor(view) {
-    const conditions = view.groups.flatMap((group) => group.conditions);
     this.view = view;
-    this.rows = conditions.flatMap((condition) => listRunRows(view, condition));
-    this.sortColumn = "mean";
-    this.isAscending = false;
+    this.rows = listRuns(view, view.groups.flatMap((group) => group.conditions));
+    /** @type {Column[]} */
+    this.columns = view.results.runs.columns;
+    this.sorted = this.columns.find(({ key }) => key === view.results.runs.sorted);
+    this.order = this.sorted.order;
     this.body = el("tbody");
-    this.heads = COLUMNS.map((column) => this.createHead(column, view.results.measures[column]));
+    this.heads = this.columns.map((column) => this.createHead(column));
     this.element = el("table", {}, el("thead", {}, el("tr", {}, ...this.heads)), this.body);
   }
 
   /** Return the head of a column. A click sorts the table. */
-  createHead(column, measure) {
-    const title = measure ? `${measure.name}, ${measure.axis}` : column;
-    const button = createButton(title, () => this.sort(column), {
+  createHead(column) {
+    const button = createButton(column.title, () => this.sort(column), {
       class: "quiet",
-      "data-testid": `sort-${column}`,
+      "data-testid": `sort-${column.key}`,
     });
     return el("th", { scope: "col" }, button);
   }
 
-  /** Sort by a column. Names and runs are ascending at first, measures descending. */
+  /** Sort by a column. A second click reverses the order. */
   sort(column) {
-    const isSameColumn = column === this.sortColumn;
-    this.isAscending = isSameColumn ? !this.isAscending : !MEASURE_COLUMNS.includes(column);
-    this.sortColumn = column;
+    const reversed = this.order === "ascending" ? "descending" : "ascending";
+    this.order = column === this.sorted ? reversed : column.order;
+    this.sorted = column;
     this.show();
   }
 
@@ -75,38 +86,36 @@ class RunTable {
   }
 
   show() {
-    const { sortColumn, isAscending } = this;
-    const sign = isAscending ? 1 : -1;
-    const sorted = this.rows.toSorted(
-      (first, second) => sign * compareValues(first[sortColumn], second[sortColumn]),
+    const { sorted: { key }, order, columns, view } = this;
+    const sign = order === "ascending" ? 1 : -1;
+    const rows = this.rows.toSorted((first, second) =>
+      sign * compareValues(first[key], second[key])
     );
-    const direction = isAscending ? "ascending" : "descending";
     this.heads.forEach((head, number) =>
-      head.setAttribute("aria-sort", COLUMNS[number] === sortColumn ? direction : "none")
+      head.setAttribute("aria-sort", columns[number].key === key ? order : "none")
     );
-    this.body.replaceChildren(...sorted.map((row) => createRunRow(this.view, row)));
+    this.body.replaceChildren(
+      ...rows.map((row) => el("tr", {}, ...columns.map((column) => createCell(view, row, column)))),
+    );
   }
 }
 
-/** Return a row with a link to the last lifetime, if its model has a world. */
-function createRunRow(view, row) {
-  const life = hasWorldView(view, row.condition) &&
-    findLastLifetime(view, row.condition, row.run);
-  const run = life ? el("a", { href: formatLifetimeAddress(life) }, row.run) : row.run;
-  return el(
-    "tr",
-    {},
-    el("th", { scope: "row" }, row.condition),
-    el("td", {}, run, life && createRunKeepButton(life)),
-    ...MEASURE_COLUMNS.map((measure) => el("td", {}, formatNumber(row[measure]))),
-  );
+/** Return a cell. The condition is the head of its row, and the run has its own controls. */
+function createCell(view, row, { key, format }) {
+  if (key === "condition") return el("th", { scope: "row" }, row.condition);
+  if (key === "run") return el("td", {}, ...createRunControls(view, row));
+  return el("td", {}, format === "number" ? formatNumber(row[key]) : row[key]);
 }
 
-/** Return the button that stores the last generation of a run. */
-function createRunKeepButton(source) {
-  const { condition, run } = source;
+/** Return the number of a run. It links to the last lifetime, if its model has a world. */
+function createRunControls(view, { condition, run }) {
+  if (!hasWorldView(view, condition)) return [run];
+  const source = findLastLifetime(view, condition, run);
   const label = `Keep the last generation of ${condition}, run ${run}`;
-  return createFreezerButton(label, `keep-run-${condition}-${run}`, () => ({ source }));
+  return [
+    el("a", { href: formatLifetimeAddress(source) }, run),
+    createFreezerButton(label, `keep-run-${condition}-${run}`, () => ({ source })),
+  ];
 }
 
 function compareValues(first, second) {

@@ -6,14 +6,6 @@ import { el } from "../core/common.js";
 import { createChartDownloads, CURVE_COLUMNS, listCurveRows } from "../core/downloads.js";
 import { combineCurves } from "./results_factors.js";
 
-// The charts, by curve: title, and label of the vertical axis.
-const CHARTS = {
-  mean: ["Fitness of the average agent of each species", "fitness"],
-  share: ["Share of agents of each species with fitness above 0", "share"],
-  composition: ["Shares of the species", "share of the agents"],
-  survivors: ["Agents of each species that are alive at the end of a lifetime", "agents"],
-};
-
 /**
  * Return a card with a chart for each curve, or null for a study without species. The charts are
  * drawn by `drawSpeciesCharts`.
@@ -21,8 +13,8 @@ const CHARTS = {
  */
 export function createSpeciesCards({ results, groups }) {
   const conditions = groups.flatMap((group) => group.conditions);
-  const names = Object.keys(CHARTS).filter((name) =>
-    conditions.some((condition) => results.species?.[condition]?.[name])
+  const names = Object.keys(results.species_curves ?? {}).filter((name) =>
+    conditions.some((condition) => results.species[condition]?.[name])
   );
   if (!names.length) return null;
   const cards = names.map((name) =>
@@ -35,14 +27,14 @@ export function createSpeciesCards({ results, groups }) {
 export function drawSpeciesCharts(cards, { results, groups }) {
   return [...(cards?.children ?? [])].map((card) => {
     const name = card.dataset.curve;
-    const [title, yLabel] = CHARTS[name];
+    const { title, axis } = results.species_curves[name];
     const series = listSeries(results.species, groups, name);
     const plot = el("div");
     const chart = new LineChart(plot, {
       title,
       x: results.generation,
       xLabel: "generation",
-      yLabel,
+      yLabel: axis,
       series,
     });
     const rows = () => listCurveRows(results.generation, series);

@@ -4,11 +4,20 @@ import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "../core/common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 import { explainCurves, ResultsCurves } from "./results_curves.js";
-import { clearFactorState, createFactorLists, groupConditions } from "./results_factors.js";
-import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
-import { MEASURES } from "./results_measures.js";
-import { createPanels } from "./results_panels.js";
-import { createFactorSection, createFinals, createNorms } from "./results_sections.js";
+import {
+  clearFactorState,
+  createFactorLists,
+  createPanels,
+  groupConditions,
+} from "./results_factors.js";
+import {
+  createFactorSection,
+  createFinals,
+  createHeading,
+  createMeasureSwitch,
+  createNorms,
+  createStudyPicker,
+} from "./results_sections.js";
 import { findNewest } from "../core/sources.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
@@ -20,12 +29,12 @@ const MAX_CURVES = 8;
  * @property {object} study of /api/studies
  * @property {object[]} studies all studies
  * @property {object} results of /api/results
- * @property {string} measure one of `MEASURES`
+ * @property {string} measure a key of `results.measures`
  * @property {string} hidden labels of hidden curves, joined by commas
  * @property {string} [norm] the changed setting of the reaction norms
  * @property {string|null} by the factor that groups conditions
- * @property {import("./results_panels.js").Group[]} groups one per curve
- * @property {{map: string, groups: import("./results_panels.js").Group[]}[]} panels of the curves
+ * @property {import("./results_factors.js").Group[]} groups one per curve
+ * @property {{map: string, groups: import("./results_factors.js").Group[]}[]} panels of the curves
  * @property {boolean} hasSingleConditions whether each group is one condition
  * @property {boolean} canShowRuns whether the lines of runs can be distinguished
  * @property {boolean} hasRunLines whether each run is drawn
@@ -85,16 +94,15 @@ class ResultsView {
     this.studies ??= (await getJSON("api/studies", signal)).studies;
     const study = this.findStudy(requested.study);
     if (!study) return this.showNoStudy(requested.study);
-    const measure = MEASURES.includes(requested.measure) ? requested.measure : "mean";
     const { hidden = "", ...rest } = requested;
     const formatStateKey = (labels) =>
-      new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString();
+      new URLSearchParams({ ...rest, study: study.id, hidden: labels }).toString();
     const stateKey = formatStateKey(hidden);
     if (this.shown?.stateKey === stateKey) return;
     const results = await this.loadResults(study);
     if (!results || signal.aborted) return;
     this.shown?.free();
-    const view = this.createViewState(study, results, { ...requested, measure, hidden });
+    const view = this.createViewState(study, results, { ...requested, hidden });
     const restoreFolds = rememberFolds(this.page);
     const restoreFocus = rememberFocus(this.page);
     // A change of hidden curves does not draw the page again.
@@ -153,7 +161,10 @@ class ResultsView {
 
   /** @returns {ResultsState} */
   createViewState(study, results, requested) {
-    const { measure, hidden, norm, runs } = requested;
+    const { hidden, norm, runs } = requested;
+    // The results of a study without runs have no measures.
+    const [defaultMeasure, ...others] = Object.keys(results.measures ?? {});
+    const measure = others.includes(requested.measure) ? requested.measure : defaultMeasure;
     const { navigate, choose, studies, load, guide } = this;
     const grouping = groupConditions(results, requested);
     const hasSingleConditions = grouping.groups.every(({ conditions }) => conditions.length === 1);

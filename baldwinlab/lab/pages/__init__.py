@@ -1,0 +1,1 @@
+"""Pages in one file, and other files that the lab writes."""

@@ -1,0 +1,1 @@
+"""What the page shows: stored studies, lifetimes, live runs, papers and presets."""

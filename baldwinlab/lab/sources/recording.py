@@ -1,0 +1,222 @@
+"""Recordings of lifetimes: simulate a stored lifetime again and record it step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species import combine_inputs
+from baldwinlab.lab import Lab
+from baldwinlab.lab.sources import binary_frames
+from baldwinlab.lab.sources.experiment_form import describe_world
+from baldwinlab.lab.sources.life_query import Life, Span, load_container
+from baldwinlab.lab.sources.query import Query
+from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch
+from baldwinlab.models.miniworld.species import make_species_batch
+from baldwinlab.simulation.recorder import (
+    RECORDED_WORLD,
+    ItemMoves,
+    Series,
+    SpeciesRecorder,
+    record_batch,
+)
+from baldwinlab.simulation.reevaluation import make_batch
+
+# Size of a recorded step, without inputs: x and y, heading, action, items eaten, teacher.
+BYTES_PER_AGENT_STEP = 16
+_BITS_PER_BYTE = 8
+_FLOAT32_BYTES = 4
+
+
+def load_recording(lab: Lab, query: Query) -> bytes:
+    """Return the container with the requested steps of a lifetime."""
+    return load_container(
+        lab,
+        "recording",
+        query,
+        estimate_bytes_per_step,
+        lambda life, span: record_life(life, span, dict(query)),
+    )
+
+
+def estimate_bytes_per_step(experiment: Experiment) -> int:
+    """Return an upper estimate of the size of one recorded step."""
+    bytes_per_agent = BYTES_PER_AGENT_STEP + _count_input_bytes(experiment)
+    return experiment.agents_per_world * bytes_per_agent
+
+
+def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
+    """Return the container with some steps of a lifetime.
+
+    With several worlds, the container has the agents of world 0. With several lifetimes, it has the
+    first one.
+
+    The container (`binary_frames.pack`) has these arrays. Positions are in map units, at the
+    time of sensing.
+
+    - x, y: float32 [step, agent].
+    - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
+      circle.
+    - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
+      if the input is above 0. If an input is real-valued: float32 [step, agent * input].
+    - action: [step, agent], an index of header.appearance.actions.
+    - eaten_in_life: [step, agent], number of items eaten up to and including the step.
+    - teacher: [step, agent], only for rules that learn from others. The index of the agent
+      that this agent learns from. It is the agent's own index if there is no teacher.
+    - species: [agent], only with several species. The index of the species in header.species.
+      The position of a dead agent is then NaN.
+    - item_x, item_y: [item], at the first step.
+    - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
+    """
+    experiment = life.experiment.at(life.key.generation)
+    arrays = _record_arrays(life, span)
+    header = {
+        "kind": "recording",
+        "source": source,
+        "condition": experiment.name,
+        **life.key._asdict(),
+        **span.make_header(),
+        "steps": experiment.lifetime.steps,
+        # Agents of world 0. Each world has other items.
+        "agents": experiment.agents_per_world,
+        "items": arrays["item_x"].size,
+        **describe_world(experiment),
+        "learns": experiment.learns,
+        "layer_sizes": experiment.layer_sizes,
+        "biases": experiment.network.biases,
+    }
+    return binary_frames.pack(header, arrays)
+
+
+def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
+    seed, run, generation = life.key
+    experiment = life.experiment.at(generation)
+    start = life.load_start_data()
+    moves = ItemMoves(_times_before_steps(span))
+    if start.species is None:
+        # The batch has a single run.
+        genomes = start.genomes[None]
+        batch = make_batch(experiment, seed, [run], generation, genomes, world=RECORDED_WORLD)
+        pack_inputs = np.ravel if experiment.real_valued else _pack_bits
+        series = _make_series(experiment, span, pack_inputs)
+        record_batch(batch, [moves, *series.values()])
+        arrays = {name: recorder.values for name, recorder in series.items()}
+    else:
+        species_batch = make_species_batch(
+            experiment, seed, run, generation, start.genomes, start.species
+        )
+        arrays = _record_species(experiment, species_batch, span, moves)
+        arrays["species"] = start.species.astype(np.uint8)
+    arrays["item_x"] = moves.items[:, 0]
+    arrays["item_y"] = moves.items[:, 1]
+    arrays["eaten_in_life"] = binary_frames.narrow(arrays["eaten_in_life"])
+    return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
+
+
+def _times_before_steps(span: Span) -> range:
+    """Return the numbers of simulated steps at which positions are recorded."""
+    return range(span.first, span.stop)
+
+
+def _make_series(
+    experiment: Experiment, span: Span, pack_inputs: Callable[[Any], Any]
+) -> dict[str, Series]:
+    """Return the recorders of the agents of world 0.
+
+    Positions are recorded before a step, and actions and their results after it. A time is the
+    number of simulated steps. `pack_inputs` gets the inputs [agent, input] of a step.
+    """
+    before = _times_before_steps(span)
+    after = range(span.first + 1, span.stop + 1)
+    agents = slice(experiment.agents_per_world)
+    appearance = describe_appearance(experiment)
+    heading_type = _choose_unsigned_type(appearance.headings)
+    action_type = _choose_unsigned_type(len(appearance.actions))
+    series = {
+        "x": Series("x", before, agents),
+        "y": Series("y", before, agents),
+        "heading": Series("heading", before, agents, heading_type),
+        "sensor": Series("inputs", after, agents, transform=pack_inputs),
+        "action": Series("action", after, agents, action_type),
+        "eaten_in_life": Series("eaten_in_life", after, agents, np.uint32),
+    }
+    if experiment.part("learning.rule").teacher_array:
+        agent_index_type = _choose_unsigned_type(experiment.agents_per_world)
+        series["teacher"] = Series("teacher", after, agents, agent_index_type)
+    return series
+
+
+def _record_species(
+    experiment: Experiment, batch: SpeciesBatch, span: Span, moves: ItemMoves
+) -> dict[str, npt.NDArray[Any]]:
+    """Simulate the steps of several species, and return the arrays of all agents."""
+    views = batch.views()
+    series_of_species = [_make_series(member, span, np.asarray) for member in batch.members]
+    if experiment.has_deaths:
+        for member, series in zip(batch.members, series_of_species, strict=True):
+            agents = slice(member.population.size)
+            series["alive"] = Series("alive", _times_before_steps(span), agents, np.uint8)
+    recorders = [
+        SpeciesRecorder(view, recorder)
+        for view, series in zip(views, series_of_species, strict=True)
+        for recorder in series.values()
+    ]
+    record_batch(views[0], [moves, *recorders])
+    arrays_of_species = [
+        {name: recorder.values for name, recorder in series.items()} for series in series_of_species
+    ]
+    inputs_of_species = [arrays.pop("sensor") for arrays in arrays_of_species]
+    joined = {
+        name: np.concatenate([arrays[name] for arrays in arrays_of_species], axis=1)
+        for name in set.intersection(*({*arrays} for arrays in arrays_of_species))
+    }
+    if experiment.has_deaths:
+        is_dead = joined.pop("alive") == 0
+        for name in ("x", "y"):
+            joined[name] = np.where(is_dead, np.float32(np.nan), joined[name])
+    return joined | {"sensor": _join_inputs(batch.members, inputs_of_species)}
+
+
+def _join_inputs(
+    members: Sequence[Experiment], inputs_of_species: Sequence[npt.NDArray[np.float32]]
+) -> npt.NDArray[Any]:
+    """Return the inputs [step, agent, input] of several species, packed as those of one species.
+
+    The order of the inputs is that of `combine_inputs`. An input that a species lacks is 0.
+    """
+    names, columns_of_species = combine_inputs([member.inputs for member in members])
+    n_steps = len(inputs_of_species[0])
+    padded = []
+    for inputs, columns in zip(inputs_of_species, columns_of_species, strict=True):
+        complete = np.zeros((n_steps, inputs.shape[1], len(names)), np.float32)
+        complete[:, :, columns] = inputs
+        padded.append(complete)
+    joined: npt.NDArray[Any] = np.concatenate(padded, axis=1)
+    if not any(member.real_valued for member in members):
+        joined = np.packbits(joined > 0, axis=2, bitorder="little")
+    return joined.reshape(n_steps, -1)
+
+
+def _choose_unsigned_type(n_values: int) -> type[np.generic]:
+    """Return the smallest unsigned type that can hold a number of different values."""
+    return np.uint8 if n_values <= 2**8 else np.uint16
+
+
+def _count_input_bytes(experiment: Experiment) -> int:
+    """Return the size of the inputs of one agent in one step."""
+    appearance = describe_appearance(experiment)
+    n_inputs = len(appearance.inputs)
+    if any(appearance.is_continuous):
+        return _FLOAT32_BYTES * n_inputs
+    return math.ceil(n_inputs / _BITS_PER_BYTE)
+
+
+def _pack_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Return inputs [agent, input] as bits [agent * byte]: 1 if an input is above 0."""
+    return np.packbits(inputs > 0, axis=1, bitorder="little").ravel()

@@ -1,0 +1,168 @@
+"""The stored studies: their conditions, runs and experiments, and the parts that they miss.
+
+The results of a study whose parts are not loaded can be read. Its lifetimes cannot be simulated.
+"""
+
+from __future__ import annotations
+
+import shlex
+from hashlib import sha256
+from typing import Any, Final
+
+from baldwinlab import papers
+from baldwinlab.core.errors import BaldwinLabError, PartError
+from baldwinlab.core.files import quote_path
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.lab import Lab
+from baldwinlab.lab.sources.model_displays import read_alleles, read_views
+from baldwinlab.lab.sources.query import Query
+from baldwinlab.lab.sources.study_access import (
+    find_requested_condition,
+    find_study,
+    list_study_names,
+    require_inside,
+)
+from baldwinlab.studies.input_files import PartRecord, stored_source
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import design as sweeps
+
+# Placeholder of a file whose path only the user knows.
+UNKNOWN_FILE: Final = "FILE"
+
+
+def list_studies(lab: Lab, query: Query) -> dict[str, Any]:
+    """Return the summaries of all studies."""
+    return {"studies": [summarize(lab, name) for name in list_study_names(lab.root)]}
+
+
+def read_experiment(lab: Lab, query: Query) -> dict[str, Any]:
+    """Return the settings of a condition."""
+    _, condition = find_requested_condition(lab, query)
+    settings: dict[str, Any] = condition.to_dict()
+    return settings
+
+
+def summarize(lab: Lab, name: str) -> dict[str, Any]:
+    """Return the conditions and runs of a study, or why it cannot be read.
+
+    `missing` says why lifetimes of the study cannot be simulated, and how they can.
+    """
+    try:
+        return _summarize_readable(lab, find_study(lab, name), name)
+    except BaldwinLabError as error:
+        # A single study does not hide the others.
+        return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
+
+
+def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any]:
+    main_condition, question = _read_paper(study)
+    titles = sweeps.name_points(study)
+    missing = describe_missing_parts(lab, study)
+    conditions = [
+        _summarize_condition(study, experiment, has_parts=not missing)
+        | {"title": titles[experiment.name], "shown": experiment.name == main_condition}
+        for experiment in study.experiments.values()
+    ]
+    return {
+        "id": name,
+        # The argument of commands in the working directory of the server.
+        "argument": quote_path(study.directory),
+        "seed": study.seed,
+        "paper": study.paper,
+        "question": question,
+        # The page opens the study with the newest run. In seconds.
+        "modified": _find_last_change(study),
+        "conditions": conditions,
+        "report": (study.directory / "report.html").is_file(),
+        "problem": None,
+        "missing": missing,
+    }
+
+
+def _find_last_change(study: StudyStore) -> float:
+    """Return when the newest run of a study was stored, in seconds; 0 without a run."""
+    paths = (file.path for name in study.experiments for file in study.files(name))
+    return max((path.stat().st_mtime for path in paths), default=0)
+
+
+def _summarize_condition(
+    study: StudyStore, experiment: BaseExperiment, has_parts: bool
+) -> dict[str, Any]:
+    views = read_views(experiment)
+    return {
+        "name": experiment.name,
+        **study.factors[experiment.name]._asdict(),
+        "runs": study.runs(experiment.name),
+        "generations": experiment.evolution.generations,
+        "learns": has_parts and experiment.learns,
+        # Those of one world.
+        "agents": experiment.agents_per_world
+        if isinstance(experiment, Experiment)
+        else experiment.population.size,
+        # None for a model without a world.
+        "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
+        "alleles": list(read_alleles(experiment)),
+        "views": [
+            {"name": name, "has_agent_choice": view.has_agent_choice}
+            for name, view in views.items()
+        ],
+    }
+
+
+def _read_paper(study: StudyStore) -> tuple[str, str]:
+    """Return the condition of the paper's main figure, and the question of the paper.
+
+    The page shows both first. They are "" without a paper.
+    """
+    try:
+        paper = papers.load_stored_paper(study.directory, study.paper)
+        question = paper.card.question if study.paper and paper.card else ""
+        return paper.metadata.emergence, question
+    except papers.PaperError:
+        return "", ""
+
+
+def describe_missing_parts(lab: Lab, study: StudyStore) -> str:
+    """Return why lifetimes of a study cannot be simulated, and the remedy; "" if they can."""
+    try:
+        study.require_parts()
+    except BaldwinLabError as error:
+        missing = [part for part in study.parts if not _is_loaded(part)]
+        return _format_remedy(lab, study, missing) if missing else str(error)
+    return ""
+
+
+def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> str:
+    # A file can define several parts. The study has a copy of the file for each of them.
+    files = {part.sha256: _find_source(lab, study, part) for part in missing}
+    options = [word for file in files.values() for word in ("--part", file)]
+    names = " and ".join(f"the {part.kind} {part.name}" for part in missing)
+    verb = "is" if len(missing) == 1 else "are"
+    hint = f" ({UNKNOWN_FILE} is the file with {names})" if UNKNOWN_FILE in options else ""
+    return (
+        f"{names[0].upper()}{names[1:]} of this study {verb} not loaded. To watch its lifetimes,"
+        f" close the lab and start it with this command{hint}:"
+        f" {shlex.join([*lab.command, *options])}"
+    )
+
+
+def _is_loaded(part: PartRecord) -> bool:
+    """Return whether a part of a study is loaded, with the same source."""
+    # This import takes time, and a study without custom parts does not need it.
+    from baldwinlab.parts.loading import source_of
+
+    try:
+        return source_of(part.kind, part.name).sha256 == part.sha256
+    except PartError:
+        return False
+
+
+def _find_source(lab: Lab, study: StudyStore, part: PartRecord) -> str:
+    """Return the path of the copy of a part's file in its study, or FILE without a copy."""
+    path = stored_source(study.directory, part.kind, part.name)
+    try:
+        require_inside(lab.root, path)
+        is_copy = sha256(path.read_bytes()).hexdigest() == part.sha256
+    except (BaldwinLabError, OSError):
+        is_copy = False
+    return str(path) if is_copy else UNKNOWN_FILE
