@@ -153,8 +153,8 @@ def test_verdicts_distinguish_too_few_runs_from_undecided() -> None:
         for runs in (3, 12)
     )
     assert few.answer("gain").label == "too few runs" and few.answer("gain").verdict == "undecided"
-    assert few.answer("gain").test is not None
-    assert few.answer("gain").p_holm == few.answer("gain").test.smallest_p_holm >= 0.25
+    test = few.answer("gain").test
+    assert test is not None and test.p_holm == test.smallest_p_holm >= 0.25
     assert enough.answer("gain").label == "yes" and not enough.answer("gain").has_too_few_runs
     # Verdicts of a single run are undecided.
     result = evaluate_condition(
