@@ -2,77 +2,54 @@
 
 from __future__ import annotations
 
-import ast
 import sys
 import warnings
 from contextlib import chdir
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from cyclopts import Group
 
-from baldwinlab.cli.options import OVERVIEW, app
+from baldwinlab.cli.options import OVERVIEW, app, read_docstring
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
-
-class Command(NamedTuple):
-    """The module and the function of a command, and the arguments in its help."""
-
-    module: str
-    function: str
-    arguments: str = ""
-
-
-# The commands, by the groups of `baldwinlab --help`.
-GROUPS: Final[dict[str, dict[str, Command]]] = {
+# The arguments of each command in its help, by the groups of `baldwinlab --help`. A command is the
+# function of the same name in the module of the same name.
+GROUPS: Final[dict[str, dict[str, str]]] = {
     "Run": {
-        "reproduce": Command("cli.reproduce", "reproduce", "[PAPER]"),
-        "run": Command("cli.run", "run", "EXPERIMENT [EXPERIMENTS...]"),
-        "sweep": Command("cli.sweep", "sweep", "FILE"),
-        "multiverse": Command("cli.multiverse", "multiverse", "[PAPER]"),
+        "reproduce": "[PAPER]",
+        "run": "EXPERIMENT [EXPERIMENTS...]",
+        "sweep": "FILE",
+        "multiverse": "[PAPER]",
     },
     "Analyze": {
-        "assay": Command("cli.assay", "assay", "DIRECTORY"),
-        "report": Command("cli.report", "report", "DIRECTORY"),
-        "status": Command("cli.status", "status", "DIRECTORY"),
+        "assay": "DIRECTORY",
+        "report": "DIRECTORY",
+        "status": "DIRECTORY",
     },
     "Look": {
-        "lab": Command("cli.lab", "lab", "[DIRECTORY]"),
-        "replay": Command(
-            "cli.replay", "replay", "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT"
-        ),
-        "export": Command("cli.export", "export", "[SOURCE]"),
-        "freeze": Command("cli.freeze", "freeze", "REFERENCE --out OUT"),
+        "lab": "[DIRECTORY]",
+        "replay": "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT",
+        "export": "[SOURCE]",
+        "freeze": "REFERENCE --out OUT",
     },
     "Parts and papers": {
-        "list": Command("cli.list", "list_names", "papers|presets|parts"),
-        "show": Command("cli.show", "show", "EXPERIMENT"),
-        "check": Command("cli.check", "check", "FILE"),
+        "list": "papers|presets|parts",
+        "show": "EXPERIMENT",
+        "check": "FILE",
     },
     "Machine": {
-        "doctor": Command("cli.doctor", "doctor", "[FOLDER]"),
+        "doctor": "[FOLDER]",
     },
 }
-COMMANDS: Final[dict[str, Command]] = {
-    name: command
-    for commands_of_group in GROUPS.values()
-    for name, command in commands_of_group.items()
-}
+COMMANDS: Final = [name for commands in GROUPS.values() for name in commands]
+# Python has a function `list`.
+FUNCTION_NAMES: Final = {"list": "list_names"}
 # The exit statuses of the command line.
 FAILURE_STATUS: Final = 1
 USAGE_ERROR_STATUS: Final = 2
 INTERRUPTED_STATUS: Final = 130
-
-
-def _read_docstring(module: str, function: str) -> str:
-    """Return the docstring of a command. Read it from the file: an import takes seconds."""
-    path = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
-    tree = ast.parse(path.read_text("utf-8"))
-    definitions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
-    definition = next(node for node in definitions if node.name == function)
-    paragraphs = (ast.get_docstring(definition) or "").split("\n\n")
-    return "\n\n".join(map(_join_lines, paragraphs))
 
 
 def _join_lines(paragraph: str) -> str:
@@ -85,15 +62,15 @@ def _register_commands() -> None:
     # The sort keys keep the order of `GROUPS` in the help.
     for group_number, (title, commands) in enumerate(GROUPS.items()):
         group = Group(title, sort_key=group_number)
-        for command_number, (name, command) in enumerate(commands.items()):
-            usage = f"Usage: baldwinlab {name} [OPTIONS] {command.arguments}".rstrip()
+        for command_number, (name, arguments) in enumerate(commands.items()):
+            address = f"baldwinlab.cli.{name}:{FUNCTION_NAMES.get(name, name)}"
             app.command(
-                f"baldwinlab.{command.module}:{command.function}",
+                address,
                 name=name,
-                help=_read_docstring(command.module, command.function),
+                help="\n\n".join(map(_join_lines, read_docstring(address).split("\n\n"))),
                 group=group,
                 sort_key=command_number,
-                usage=usage,
+                usage=f"Usage: baldwinlab {name} [OPTIONS] {arguments}",
             )
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable
-from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from cyclopts import Parameter
 
 from baldwinlab import papers
-from baldwinlab.cli.options import Json
+from baldwinlab.cli.options import Json, read_docstring
 from baldwinlab.core import console
 from baldwinlab.experiment import registry
 from baldwinlab.papers import Paper, presets
@@ -19,7 +17,6 @@ MAX_LISTED_CONDITIONS: Final = 6
 """Maximum number of listed conditions per paper."""
 PRESET_NAME_WIDTH: Final = 22
 """Width of the column with the names of presets, in characters."""
-PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 Entry = dict[str, Any]
 
 
@@ -138,14 +135,8 @@ def _list_parts() -> None:
 
 
 def _read_summary(address: str) -> str:
-    """Return the first line of the docstring of a class. Read it from the file, not the engine."""
-    module, _, class_name = address.partition(":")
-    path = PACKAGE_FOLDER.parent / module.replace(".", "/")
-    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.ClassDef) and node.name == class_name:
-            return (ast.get_docstring(node) or "").partition("\n")[0]
-    return ""
+    """Return the first line of the docstring of a class."""
+    return read_docstring(address).partition("\n")[0]
 
 
 COLLECT_ENTRIES: Final[dict[str, Callable[[], list[Entry]]]] = {

@@ -41,7 +41,8 @@ class ArgumentError(RefusedError):
 
     def __init__(self, name: str, value: object, rule: str) -> None:
         super().__init__(name, value, rule)
-        self.option = f"--{OPTION_NAMES.get(name, name)} {value} {rule}"
+        option_name = OPTION_NAMES.get(name, name.replace("_", "-"))
+        self.option = f"--{option_name} {value} {rule}"
 
     def __str__(self) -> str:
         name, value, rule = self.args

@@ -35,4 +35,6 @@ def test_an_argument_error_names_the_argument_in_python_and_on_the_command_line(
     assert isinstance(error, ValueError)
     assert str(error) == "runs = 0 must be at least 1"
     assert error.option == "--runs 0 must be at least 1"
+    assert ArgumentError("last", 0, "is invalid").option == "--last-generations 0 is invalid"
+    assert ArgumentError("two_words", 0, "is invalid").option == "--two-words 0 is invalid"
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
