@@ -26,7 +26,7 @@ CSVW_DATATYPES: Final = {"i": "integer", "f": "double"}
 
 
 def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
-    """Write the table of a study, one run at a time, and return the number of runs as text.
+    """Write the table of a study, some runs at a time, and return the number of runs as text.
 
     A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has
     the types, units and meanings of the columns.

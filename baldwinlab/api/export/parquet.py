@@ -11,29 +11,19 @@ from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.studies.store import StudyStore
 
-MIN_ROW_GROUP_ROWS: Final = 2**17
-"""Minimum number of rows in a row group of Parquet, except the last row group."""
-
 
 def write_parquet(study: StudyStore, path: Path, *, force: bool = False) -> str:
-    """Write the table of a study, one run at a time, and return the number of runs as text."""
-    import pyarrow as pa
+    """Write the table of a study row group by row group; return the number of runs as text."""
     import pyarrow.parquet as pq
 
     table = Table(study)
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
-    group: list[pa.Table] = []
     with (
         atomic_path(path) as partial_path,
         pq.ParquetWriter(partial_path, table.arrow_schema()) as writer,
     ):
         for rows in table.arrow_tables():
-            group.append(rows)
-            if sum(map(len, group)) >= MIN_ROW_GROUP_ROWS:
-                writer.write_table(pa.concat_tables(group))
-                group = []
-        if group:
-            writer.write_table(pa.concat_tables(group))
+            writer.write_table(rows)
     return f"{path}: {table.n_runs:,} runs"
 
 

@@ -1,6 +1,6 @@
 """Read a study as a tidy table, with one row per condition, run, generation and agent.
 
-Each variable has one column. One run is read at a time.
+Each variable has one column.
 
 References
 ----------
@@ -10,10 +10,12 @@ H. Wickham, "Tidy data", Journal of Statistical Software 59 (10), 2014.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import require_library
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
 KEY_COLUMNS: Final = ("condition", "run", *PER_AGENT_DIMS)
 """Columns that identify a row."""
+MIN_ROWS: Final = 2**17
+"""Number of rows that are in memory at a time, and in a row group of Parquet: at least one run."""
 
 RunValue = str | int | float
 
@@ -59,6 +63,12 @@ class Table:
         self._values_by_condition = _list_run_values(study)
         self.columns = (*self._condition_columns(), *_index_columns(), *self._variable_columns())
         self.names = [column.name for column in self.columns]
+        # A sweep has thousands of categories, which are the same in each frame.
+        self._text_types = {
+            column.name: pd.CategoricalDtype(column.categories)
+            for column in self.columns
+            if column.categories
+        }
 
     @property
     def n_runs(self) -> int:
@@ -76,16 +86,38 @@ class Table:
         }
 
     def frames(self) -> Iterator[pd.DataFrame]:
-        """Yield the rows of each run, without the variables that the model does not record."""
+        """Yield the rows of some runs of a condition, without variables that it does not record."""
         for condition in self._runs:
+            runs: list[dict[str, npt.NDArray[Any]]] = []
+            n_rows = 0
             for run, record in self.study.records(condition):
-                values = self._values_by_condition[condition] | {"run": run}
-                # A coordinate of a record is not a column of the table.
-                recorded = _split_pairs(record).to_dataframe(dim_order=PER_AGENT_DIMS)
-                frame = recorded.reset_index().assign(**values)
-                columns = [column for column in self.columns if column.name in frame]
-                types = {column.name: _pandas_type(column) for column in columns}
-                yield frame[list(types)].astype(types)
+                runs.append(_list_arrays(record, run))
+                n_rows += len(runs[-1]["run"])
+                if n_rows >= MIN_ROWS:
+                    yield self._make_frame(condition, runs)
+                    runs = []
+                    n_rows = 0
+            if runs:
+                yield self._make_frame(condition, runs)
+
+    def _make_frame(
+        self, condition: str, runs: Sequence[Mapping[str, npt.NDArray[Any]]]
+    ) -> pd.DataFrame:
+        arrays = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
+        n_rows = len(arrays["run"])
+        values = self._values_by_condition[condition]
+        series: dict[str, Any] = {}
+        for column in self.columns:
+            if column.categories:
+                text_type = self._text_types[column.name]
+                code = text_type.categories.get_loc(values[column.name])
+                codes = np.full(n_rows, code)
+                series[column.name] = pd.Categorical.from_codes(codes, dtype=text_type)
+            elif column.name in values:
+                series[column.name] = np.full(n_rows, values[column.name], column.dtype)
+            elif column.name in arrays:
+                series[column.name] = arrays[column.name].astype(column.dtype, copy=False)
+        return pd.DataFrame(series, copy=False)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the table for pandas.
@@ -130,10 +162,12 @@ class Table:
         return pa.schema(fields, {"PANDAS_ATTRS": json.dumps(self.attributes)})
 
     def arrow_tables(self) -> Iterator[pa.Table]:
-        """Yield the rows of each run. A variable that the model does not record is null."""
+        """Yield at least `MIN_ROWS` rows. A variable that the model does not record is null."""
         import pyarrow as pa
 
         schema = self.arrow_schema()
+        tables: list[pa.Table] = []
+        n_rows = 0
         for frame in self.frames():
             arrays = [
                 # With `from_pandas`, a recorded NaN would become null.
@@ -142,7 +176,14 @@ class Table:
                 else pa.nulls(len(frame), field.type)
                 for field in schema
             ]
-            yield pa.table(arrays, schema=schema)
+            tables.append(pa.table(arrays, schema=schema))
+            n_rows += len(frame)
+            if n_rows >= MIN_ROWS:
+                yield pa.concat_tables(tables)
+                tables = []
+                n_rows = 0
+        if tables:
+            yield pa.concat_tables(tables)
 
     def _condition_columns(self) -> Iterator[Column]:
         values_by_condition = [self._values_by_condition[condition] for condition in self._runs]
@@ -162,10 +203,14 @@ class Table:
         """
         columns: dict[str, list[Column]] = {}
         for name, runs in self._runs.items():
-            for variable in _split_pairs(self.study.record(name, runs[0])).data_vars.values():
+            record = without_genomes(self.study.record(name, runs[0]))
+            for variable in sorted(record.data_vars.values(), key=lambda array: array.ndim):
                 unit, meaning = (variable.attrs.get(key, "") for key in ("units", "long_name"))
-                column = Column(str(variable.name), variable.dtype, unit, meaning)
-                columns.setdefault(column.name, []).append(column)
+                for column_name, array in _split_variable(variable):
+                    label = column_name.removeprefix(f"{variable.name}").removeprefix("_")
+                    text = f"{meaning} ({label})" if label else meaning
+                    column = Column(column_name, array.dtype, unit, text)
+                    columns.setdefault(column_name, []).append(column)
         return map(_merge_columns, columns.values())
 
 
@@ -189,22 +234,26 @@ def _index_columns() -> Iterator[Column]:
         yield Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
 
 
-def _pandas_type(column: Column) -> Any:
-    return pd.CategoricalDtype(column.categories) if column.categories else column.dtype
+def _list_arrays(record: xr.Dataset, run: int) -> dict[str, npt.NDArray[Any]]:
+    """Return the recorded columns and the indices of a run, with one value per row."""
+    arrays = {
+        name: array.ravel()
+        for variable in without_genomes(record).data_vars.values()
+        for name, array in _split_variable(variable)
+    }
+    shape = [record.sizes[dim] for dim in PER_AGENT_DIMS]
+    for dim, indices in zip(PER_AGENT_DIMS, np.indices(shape, np.int32), strict=True):
+        arrays[dim] = record[dim].values[indices].ravel()
+    return arrays | {"run": np.full(math.prod(shape), run, np.int32)}
 
 
-def _split_pairs(record: xr.Dataset) -> xr.Dataset:
-    """Return the variables [generation, agent]. A pair, such as parents, becomes two variables."""
-    variables = without_genomes(record).data_vars
-    single = {name: array for name, array in variables.items() if array.dims == PER_AGENT_DIMS}
-    pairs = {}
-    for name, array in variables.items():
-        if array.ndim == len(PER_AGENT_DIMS) + 1 and array.dims[:-1] == PER_AGENT_DIMS:
-            for label in array[array.dims[-1]].values:
-                value = array.sel({array.dims[-1]: label}, drop=True)
-                meaning = f"{array.attrs.get('long_name', '')} ({label})"
-                pairs[f"{name}_{label}"] = value.assign_attrs(long_name=meaning)
-    return xr.Dataset(single | pairs)
+def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """Yield the columns of a variable, [generation, agent]. A pair, such as parents, has two."""
+    if variable.dims == PER_AGENT_DIMS:
+        yield str(variable.name), variable.values
+    elif variable.dims[:-1] == PER_AGENT_DIMS:
+        for index, label in enumerate(variable[variable.dims[-1]].values):
+            yield f"{variable.name}_{label}", variable.values[..., index]
 
 
 def _merge_columns(columns: Sequence[Column]) -> Column:

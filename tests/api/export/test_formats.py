@@ -16,7 +16,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab import ArgumentError, Study, StudyError
-from baldwinlab.api.export import formats, parquet
+from baldwinlab.api.export import formats, table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.studies import records
@@ -118,7 +118,7 @@ def test_an_export_has_a_few_runs_in_memory_at_a_time(
 
     monkeypatch.setattr(records, "read_record_of_file", read_and_count)
     monkeypatch.setattr(stored, "read_record_of_file", read_and_count)
-    monkeypatch.setattr(parquet, "MIN_ROW_GROUP_ROWS", 1)
+    monkeypatch.setattr(table, "MIN_ROWS", 1)
     study = make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9)
     export(bl.open_study(study.directory), name, tmp_path)
     assert len(references) >= 9

@@ -16,7 +16,7 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.api.export import parquet
+from baldwinlab.api.export import table as table_export
 from baldwinlab.api.export.table import Table
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -94,7 +94,7 @@ def test_pandas_and_polars_read_parquet_with_the_same_values(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A row group has two runs.
-    monkeypatch.setattr(parquet, "MIN_ROW_GROUP_ROWS", 70)
+    monkeypatch.setattr(table_export, "MIN_ROWS", 70)
     path = tmp_path / "study.parquet"
     mixed.export(path)
     assert pq.ParquetFile(path).num_row_groups == 2
