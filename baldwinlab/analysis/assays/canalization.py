@@ -18,7 +18,7 @@ from typing import Final
 
 import xarray as xr
 
-from baldwinlab.analysis.assays.evaluation import EffectTable, Evaluation, QuantityValues
+from baldwinlab.analysis.assays.evaluation import AssayEvaluation, EffectTable, QuantityValues
 
 QUANTITY_PREFIX: Final = "canalization: "
 CHANGES: Final = ("mutation", "new world")
@@ -107,7 +107,7 @@ TABLE: Final = EffectTable(
         for name in FITNESS_BY_LIFE.values()
     },
 )
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="canalization",
     order=80,
     compute_quantities=compute_quantities,

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    AssayEvaluation,
     AssayFigure,
-    Evaluation,
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import (
@@ -61,7 +61,7 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="descent",
     order=60,
     compute_quantities=compute_quantities,

@@ -58,7 +58,7 @@ class EffectTable(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class AssayEvaluation:
     """Quantities of an assay, and its part of the report."""
 
     assay: str
@@ -76,7 +76,7 @@ class Evaluation:
 
 
 @cache
-def load_evaluations() -> Mapping[str, Evaluation]:
+def load_evaluations() -> Mapping[str, AssayEvaluation]:
     """Return the evaluations that the modules of this package declare, by assay, in order."""
     modules = [
         import_module(f"{__package__}.{module.name}")
@@ -86,7 +86,7 @@ def load_evaluations() -> Mapping[str, Evaluation]:
         value
         for module in modules
         for value in vars(module).values()
-        if isinstance(value, Evaluation)
+        if isinstance(value, AssayEvaluation)
     ]
     declared.sort(key=lambda evaluation: evaluation.order)
     return {evaluation.assay: evaluation for evaluation in declared}

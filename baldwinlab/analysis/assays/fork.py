@@ -10,7 +10,7 @@ from typing import Final
 
 import xarray as xr
 
-from baldwinlab.analysis.assays.evaluation import EffectTable, Evaluation, QuantityValues
+from baldwinlab.analysis.assays.evaluation import AssayEvaluation, EffectTable, QuantityValues
 
 # Names on the stored coordinates.
 HISTORIES: Final = ("learner", "control")
@@ -84,13 +84,13 @@ TABLE: Final = EffectTable(
         for measure, name in MEASURES.items()
     },
 )
-FORK: Final = Evaluation(
+FORK: Final = AssayEvaluation(
     assay="fork",
     order=90,
     compute_quantities=compute_quantities,
     table=TABLE,
 )
 # The table of `fork` has its rows, too.
-FORK_MODE: Final = Evaluation(
+FORK_MODE: Final = AssayEvaluation(
     assay="fork-mode", order=100, compute_quantities=compute_mode_quantities
 )

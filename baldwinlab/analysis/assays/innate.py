@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    AssayEvaluation,
     AssayFigure,
-    Evaluation,
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import (
@@ -25,7 +26,6 @@ from baldwinlab.analysis.assays.panels import (
 from baldwinlab.analysis.assays.values import (
     Stored,
     compute_share,
-    split_windows,
     weight_distances,
 )
 from baldwinlab.analysis.figures.style import (
@@ -51,8 +51,19 @@ LIFE_STYLES: Final = {
 }
 
 
+def _split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
+    """Return the values of each window of generations."""
+    # The stored integers are too small for comparisons with a very large `last`.
+    generation = values["generation"].astype(np.int64)
+    return {
+        "first": values.where(generation < generation.min() + last, drop=True),
+        "last": values.where(generation > generation.max() - last, drop=True),
+        "throughout": values,
+    }
+
+
 def compute_innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
-    for window, fitness in split_windows(data["energy"].mean("agent"), last).items():
+    for window, fitness in _split_windows(data["energy"].mean("agent"), last).items():
         fitness_by_life = {name: fitness.sel(life=name) for name in data["life"].values.tolist()}
         averages = {name: values.mean("generation") for name, values in fitness_by_life.items()}
         for name, average in averages.items():
@@ -67,12 +78,12 @@ def compute_innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityV
         yield ("innate share", window), compute_share(averages["off"], averages["on"])
         yield ("frozen share", window), compute_share(averages["frozen"], averages["on"])
     for name, distance in weight_distances(data).items():
-        for window, values in split_windows(distance, last).items():
+        for window, values in _split_windows(distance, last).items():
             yield (name, window), values.mean("generation")
 
 
 def compute_neutral_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
-    fitness = split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
+    fitness = _split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
     for newborns in data["newborns"].values.tolist():
         off = fitness.sel(newborns=newborns, life="off")
         on = fitness.sel(newborns=newborns, life="on")
@@ -154,7 +165,7 @@ def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
     start_at_zero(axes)
 
 
-INNATE: Final = Evaluation(
+INNATE: Final = AssayEvaluation(
     assay="innate",
     order=10,
     compute_quantities=compute_innate_quantities,
@@ -196,7 +207,7 @@ INNATE: Final = Evaluation(
         ),
     ),
 )
-NEUTRAL: Final = Evaluation(
+NEUTRAL: Final = AssayEvaluation(
     assay="neutral",
     order=20,
     compute_quantities=compute_neutral_quantities,

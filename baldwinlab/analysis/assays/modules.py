@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.evaluation import AssayFigure, Evaluation, QuantityValues
+from baldwinlab.analysis.assays.evaluation import AssayEvaluation, AssayFigure, QuantityValues
 from baldwinlab.analysis.assays.panels import make_grid
 from baldwinlab.analysis.assays.values import Stored
 from baldwinlab.analysis.figures.style import BLACK, GRAY, spread_points, styled
@@ -59,7 +59,7 @@ def draw_modules(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="modules",
     order=40,
     compute_quantities=compute_quantities,

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays.evaluation import Evaluation
+from baldwinlab.analysis.assays.evaluation import AssayEvaluation
 from baldwinlab.analysis.assays.panels import tabulate_median
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
@@ -244,4 +244,4 @@ def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]
     ]
 
 
-EVALUATION: Final = Evaluation(assay=OPPONENTS, order=110, make_section=make_section)
+EVALUATION: Final = AssayEvaluation(assay=OPPONENTS, order=110, make_section=make_section)

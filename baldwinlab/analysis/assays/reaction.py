@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    AssayEvaluation,
     AssayFigure,
-    Evaluation,
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import (
@@ -74,7 +74,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     return figure
 
 
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="reaction",
     order=50,
     compute_quantities=compute_quantities,

@@ -18,9 +18,9 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    AssayEvaluation,
     AssayFigure,
     EffectTable,
-    Evaluation,
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import (
@@ -112,7 +112,7 @@ TABLE: Final = EffectTable(
     columns=PARAMETERS,
     measures={"fitness": MEASURES},
 )
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="reaction-norms",
     order=70,
     compute_quantities=compute_quantities,

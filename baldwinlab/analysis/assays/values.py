@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -71,17 +70,6 @@ def compute_share(part: xr.DataArray, total: xr.DataArray) -> xr.DataArray:
 def parse_generation(newborns: str) -> int:
     """Return the generation at the end of a name of newborns."""
     return int(newborns.split()[-1])
-
-
-def split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
-    """Return the values of each window of generations."""
-    # The stored integers are too small for comparisons with a very large `last`.
-    generation = values["generation"].astype(np.int64)
-    return {
-        "first": values.where(generation < generation.min() + last, drop=True),
-        "last": values.where(generation > generation.max() - last, drop=True),
-        "throughout": values,
-    }
 
 
 def find_learning_conditions(

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    AssayEvaluation,
     AssayFigure,
-    Evaluation,
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import (
@@ -125,7 +125,7 @@ def _compute_meal_rate(eaten: xr.DataArray, n_steps: int) -> xr.DataArray:
     return (eaten * RATE_STEPS / widths).assign_coords(window=(starts + ends) / 2)
 
 
-EVALUATION: Final = Evaluation(
+EVALUATION: Final = AssayEvaluation(
     assay="within-life",
     order=30,
     compute_quantities=compute_quantities,

@@ -13,7 +13,7 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.assay import Conditions
-from baldwinlab.studies.assays.catalog import get_assay, get_assays, load_assays
+from baldwinlab.studies.assays.catalog import get_assay, get_assays
 
 # Bytes of a file in addition to its variables and its experiment.
 HEADER_BYTES: Final = 1000
@@ -27,9 +27,9 @@ class PlannedStudy(NamedTuple):
     experiments: Mapping[str, Experiment]
     factors: Mapping[str, Factors]
 
-    def need(self, runs: int, workers: int, assays: Sequence[str] | None = None) -> Need:
-        """Estimate the applicable assays, by default all, with `runs` runs of each condition."""
-        missing = self.select_applicable(tuple(load_assays()) if assays is None else assays)
+    def need(self, runs: int, workers: int, assays: Sequence[str]) -> Need:
+        """Estimate the applicable assays with `runs` runs of each condition."""
+        missing = self.select_applicable(assays)
         runs_by_condition = dict.fromkeys(missing, runs)
         return estimate_assays(self, missing, runs_by_condition, workers)
 

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final, Protocol
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import ASSAY_FILE, quote_path, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
-from baldwinlab.experiment import BaseExperiment, ExperimentError
+from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.studies.assays.assay import Conditions
 from baldwinlab.studies.assays.catalog import get_assay, load_assays
 
 # Format of the file of an assay.
 ASSAY_FORMAT: Final = 2
 
 
-class AssayedStudy(Protocol):
+class AssayedStudy(Conditions, Protocol):
     """Properties of a study that identify its assays."""
 
     @property
@@ -26,12 +27,6 @@ class AssayedStudy(Protocol):
 
     @property
     def seed(self) -> int: ...
-
-    @property
-    def experiments(self) -> Mapping[str, BaseExperiment]: ...
-
-    @property
-    def factors(self) -> Mapping[str, Factors]: ...
 
     def runs(self, condition: str) -> list[int]:
         """Return the numbers of the stored runs of a condition."""

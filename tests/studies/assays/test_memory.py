@@ -19,14 +19,15 @@ from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions
 
 EXPERIMENTS = {experiment.name: experiment for experiment in conditions()}
-APPLICABLE = PlannedStudy(EXPERIMENTS, {}).select_applicable(tuple(load_assays()))
+ASSAYS = tuple(load_assays())
+APPLICABLE = PlannedStudy(EXPERIMENTS, {}).select_applicable(ASSAYS)
 
 
 def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore) -> None:
     stored = sum(path.stat().st_size for path in (study.directory / "assays").rglob("*.nc"))
     estimated = estimate_assays(study, APPLICABLE, dict.fromkeys(APPLICABLE, 3), workers=2)
     assert estimated.disk == pytest.approx(stored, rel=0.1)
-    assert PlannedStudy(study.experiments, study.factors).need(3, workers=2) == estimated
+    assert PlannedStudy(study.experiments, study.factors).need(3, 2, ASSAYS) == estimated
     missing = dict.fromkeys(APPLICABLE, ())
     assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NO_NEED
 
@@ -46,7 +47,10 @@ def test_memory_grows_with_the_number_of_agents_and_workers(study: StudyStore) -
     def memory(agents: int, workers: int) -> int:
         large = load("evo+self-taught/A").replace(population={"size": agents})
         factors = {large.name: study.factors["evo+self-taught/A"]}
-        return PlannedStudy({large.name: large}, factors).need(40, workers).memory - ENGINE_BYTES
+        return (
+            PlannedStudy({large.name: large}, factors).need(40, workers, ASSAYS).memory
+            - ENGINE_BYTES
+        )
 
     assert memory(10_000, 1) > 5 * memory(1000, 1)
     assert memory(1000, 4) > 2 * memory(1000, 1)
@@ -64,4 +68,4 @@ def test_insufficient_memory_is_reported_before_the_simulation(
         RefusedError,
         match=r"\d+ assays: needs about .* of memory, but only 1000\.0 bytes are free",
     ):
-        run_missing_assays(study, list(load_assays()), RunOptions())
+        run_missing_assays(study, ASSAYS, RunOptions())
