@@ -97,7 +97,7 @@ def reproduce(
     if json:
         console.reserve_stdout()
     if paper == ATLAS and not all_papers:
-        _require_plain_atlas(assignments, variant, generations, steps)
+        _require_plain_atlas(assignments, variant, generations, steps, options)
         directory = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))
         _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
         if json:
@@ -152,18 +152,24 @@ def _require_options_of_all_papers(paper: str, assignments: list[str] | None, va
 
 
 def _require_plain_atlas(
-    assignments: list[str] | None, variant: str, generations: int | None, steps: int | None
+    assignments: list[str] | None,
+    variant: str,
+    generations: int | None,
+    steps: int | None,
+    options: RunOptions,
 ) -> None:
-    """Raise RefusedError for options that change a model: the maps define the models."""
+    """Raise RefusedError for options that the atlas does not use: its maps define the models."""
     given = {
         "--set": assignments,
         "--variant": variant != STANDARD_VARIANT,
         "--generations": generations,
         "--steps": steps,
+        "--backend": options.backend != RUN_DEFAULTS.backend,
+        "--checkpoint": options.checkpoint != RUN_DEFAULTS.checkpoint,
     }
-    options = [option for option, value in given.items() if value]
-    if options:
+    unused = [option for option, value in given.items() if value]
+    if unused:
         raise RefusedError(
-            f"{', '.join(options)} applies to a paper; {ATLAS} has its own settings. Allowed are "
-            "--runs, --seed, --out, --quick, --workers and --executor"
+            f"{', '.join(unused)} applies to a paper; {ATLAS} has its own settings. Allowed are "
+            "--runs, --seed, --out, --quick, --workers, --executor and --force"
         )

@@ -53,6 +53,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "reproduce atlas --steps 3",
             "--steps applies to a paper; atlas has its own settings",
         ),
+        (
+            "reproduce atlas --checkpoint 30s --backend cpu",
+            "--backend, --checkpoint applies to a paper; atlas has its own settings",
+        ),
         ("run evo/A --runs 0", "--runs 0 must be a whole number from 1"),
         ("run evo/A --workers -2", "--workers -2 must be a whole number from 1"),
         ("run evo/A --seed -1", "--seed -1 must be a whole number from 0 to 2147483647"),
