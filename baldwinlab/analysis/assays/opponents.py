@@ -21,6 +21,15 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import (
+    Table,
+    add_detail,
+    badge,
+    columns_of_comparisons,
+    describe_medians,
+    number_cells,
+)
+from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
@@ -185,9 +194,25 @@ def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
         sentences=sentences,
         too_few=too_few,
         figure=save_and_inline(figure, folder),
-        groups=group_by_question(tests),
+        tests=_tabulate_tests(tests) if tests else None,
     )
     return Section(anchor=OPPONENTS, title=TITLE, body=body, summary=" ".join(sentences))
+
+
+def _tabulate_tests(tests: Sequence[GenerationTest]) -> Table:
+    headings = {"condition": "Comparison", "verdict": "Fitness", **NUMBER_HEADINGS}
+    groups = [
+        (question, [_test_cells(test) for test in group])
+        for question, group in group_by_question(tests).items()
+    ]
+    label = "Differences between generations"
+    return Table(label, columns_of_comparisons(headings), groups, "claims")
+
+
+def _test_cells(test: GenerationTest) -> list[Any]:
+    pairs = test.pairs
+    verdict = add_detail(badge(test.difference), test.condition)
+    return [verdict, *number_cells(pairs, test.p_holm, describe_medians(pairs))]
 
 
 def _planned_test(test: GenerationTest) -> PlannedTest:

@@ -20,7 +20,18 @@ from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import (
+    Table,
+    add_detail,
+    badge,
+    columns_of_comparisons,
+    describe_medians,
+    number_cells,
+    tabulate,
+)
+from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
+from baldwinlab.analysis.statistics.numbers import format_estimate
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.texts import Inference
 
@@ -70,7 +81,10 @@ def make_section(
         "assays/section.html",
         analysis=analysis,
         last=last,
-        phases=PHASE_TITLES,
+        phases={
+            title: _tabulate_answers(analysis, phase, title)
+            for phase, title in PHASE_TITLES.items()
+        },
         rules=load_rules(),
         headlines=_compose_headlines(analysis),
         findings={
@@ -78,15 +92,23 @@ def make_section(
             for result in analysis.results
         },
         paper=paper_comparison,
-        fork_effects=fork.EFFECTS,
-        fork_rows=tabulate_fork(analysis),
-        norm_parameters=reaction_norms.PARAMETERS,
-        norm_rows=tabulate_reaction_norms(analysis),
-        canalization_effects=canalization.EFFECTS,
-        canalization_rows=tabulate_canalization(analysis),
+        fork_table=_make_table(
+            "Effects in the fork assay", "Start", fork.EFFECTS, tabulate_fork(analysis)
+        ),
+        norm_table=_make_table(
+            "Reaction norms over learning",
+            "Time",
+            reaction_norms.PARAMETERS,
+            tabulate_reaction_norms(analysis),
+        ),
+        canalization_table=_make_table(
+            "Effects of single mutations and of a new world",
+            "Time",
+            canalization.EFFECTS,
+            tabulate_canalization(analysis),
+        ),
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
-        table=tabulate_numbers(analysis),
-        conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
+        numbers=_tabulate_all_numbers(analysis),
     )
     return Section(
         anchor="baldwin",
@@ -114,6 +136,65 @@ def _summarize(analysis: Analysis) -> str:
         for condition, headline in _compose_headlines(analysis).values()
     ]
     return " ".join(filter(None, [*texts, analysis.too_few]))
+
+
+def _tabulate_answers(analysis: Analysis, phase: int | None, title: str) -> Table:
+    """Return the answers of all conditions to the criteria of a phase."""
+    headings = {"condition": "Criterion", "verdict": "Answer", **NUMBER_HEADINGS}
+    groups = [
+        (
+            add_detail(criterion.question, criterion.detail),
+            [_answer_cells(result, result.answer(criterion.id)) for result in analysis.results],
+        )
+        for criterion in analysis.applicable_criteria
+        if criterion.phase == phase
+    ]
+    return Table(title, columns_of_comparisons(headings), groups, "claims")
+
+
+def _answer_cells(result: ConditionResult, answer: Answer) -> list[Any]:
+    verdict = add_detail(badge(answer.label), result.condition)
+    if answer.numbers is None:
+        dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
+        return [verdict, add_detail("", "not measured, or undefined in every run"), *dashes]
+    omitted = f"without {answer.left_out} runs in which it is undefined" if answer.left_out else ""
+    details = (describe_medians(answer.numbers), omitted, answer.note)
+    return [verdict, *number_cells(answer.numbers, answer.p_holm, *details)]
+
+
+def _make_table(
+    label: str, time: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]
+) -> Table | None:
+    """Return a table of medians with their intervals, or None without rows."""
+    cells = []
+    for row in rows:
+        numbers = [
+            f"{'+' if number.median > 0 else ''}{_format_number(number)}"
+            for number in row["numbers"]
+        ]
+        names = (row["condition"], row["start"], row["measure"])
+        cells.append([*names, *numbers, row["numbers"][0].runs])
+    texts = ("Condition", time, "Measure")
+    return tabulate(label, texts, (*columns, "Runs"), cells) if rows else None
+
+
+def _format_number(number: Number) -> str:
+    return format_estimate(number.median, number.low, number.high)
+
+
+def _tabulate_all_numbers(analysis: Analysis) -> Table:
+    conditions = list(dict.fromkeys(number.condition for number in analysis.numbers))
+    rows = []
+    for row in tabulate_numbers(analysis):
+        numbers = [row["numbers"].get(condition) for condition in conditions]
+        cells = [
+            add_detail(_format_number(number), f"{number.runs} runs" if number.left_out else "")
+            if number
+            else ""
+            for number in numbers
+        ]
+        rows.append([row["measure"], row["when"], *cells])
+    return tabulate("All numbers of the assays", ("Quantity", "Time, or agents"), conditions, rows)
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:

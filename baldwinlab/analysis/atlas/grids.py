@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from markupsafe import Markup
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
@@ -21,6 +22,7 @@ from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
 from baldwinlab.analysis.atlas.tables import describe_settings, format_label, list_cells
 from baldwinlab.analysis.palette import PALE
+from baldwinlab.analysis.report.tables import Table
 
 UNDEFINED_TEXT: Final = "–"
 LETTERS: Final = {
@@ -85,28 +87,45 @@ def _choose_color(share: float) -> str:
 
 
 def arrange_grids(
-    outcomes: xr.Dataset, labels: Mapping[str, str], cells: Sequence[Mapping[str, Any]]
-) -> Iterator[dict[str, Any]]:
+    title: str,
+    outcomes: xr.Dataset,
+    labels: Mapping[str, str],
+    cells: Sequence[Mapping[str, Any]],
+) -> Iterator[Table]:
     """Yield a grid of the first two axes for each combination of the other axes."""
     rows, columns, *other_axes = outcomes.attrs["fields"]
-    by_settings = {tuple(cell["settings"].items()): cell for cell in cells}
+    letter = name_letter(outcomes)
+    by_settings = {tuple(cell["settings"].items()): _link(cell, letter) for cell in cells}
+    column_values = outcomes[columns].values.tolist()
+    headings = dict.fromkeys(map(format_label, column_values), "right")
+    corner = f"{labels[rows]} \\ {labels[columns]}"
     for fixed in product(*(outcomes[field].values.tolist() for field in other_axes)):
         other_settings = dict(zip(other_axes, fixed, strict=True))
-        yield {
-            "caption": describe_settings(other_settings, labels),
-            "columns": [format_label(value) for value in outcomes[columns].values.tolist()],
-            "rows": [
-                {
-                    "value": format_label(row),
-                    "cells": [
-                        # The order of the fields is that of the settings of a cell.
-                        by_settings[tuple({rows: row, columns: column, **other_settings}.items())]
-                        for column in outcomes[columns].values.tolist()
-                    ],
-                }
-                for row in outcomes[rows].values.tolist()
-            ],
-        }
+        groups = []
+        for row in outcomes[rows].values.tolist():
+            # The order of the fields is that of the settings of a cell.
+            keys = [{rows: row, columns: column, **other_settings} for column in column_values]
+            links = [by_settings[tuple(settings.items())] for settings in keys]
+            groups.append((format_label(row), [links]))
+        caption = describe_settings(other_settings, labels)
+        label = f"{title} {caption}".rstrip()
+        yield Table(label, {corner: "", **headings}, groups, "numbers cells", caption)
+
+
+def name_letter(outcomes: xr.Dataset) -> str:
+    """Return the letter of the outcome that the cells of a map show."""
+    return LETTERS[choose_outcome(outcomes).name]
+
+
+def _link(cell: Mapping[str, Any], letter: str) -> Markup:
+    """Return the value of a cell, in its color, with a link to its curves."""
+    law = Markup("<br><small>{} | {}</small>").format(cell["residual"], cell["law"])
+    return Markup(
+        '<a href="#{}" style="background:{};color:{}" aria-label="{}: {} = {}">{}{}</a>'
+    ).format(
+        *(cell[key] for key in ("id", "color", "text_color", "caption")),
+        *(letter, cell["value"], cell["value"], law if cell["law"] else ""),
+    )
 
 
 class CurvePanel(NamedTuple):

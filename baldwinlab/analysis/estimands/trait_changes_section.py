@@ -36,6 +36,7 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import Table, add_detail, tabulate
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
@@ -73,9 +74,7 @@ def make_section(
     figures = _make_figures(changes, innate, drawn, numbers) if drawn else []
     body = render(
         "estimands/trait_changes.html",
-        numbers=numbers,
-        traits={name: entry.trait for name, entry in changes.items()},
-        quantities=QUANTITIES,
+        numbers=_make_table(changes, numbers) if numbers else None,
         obstacles=obstacles,
         figures=[save_and_inline(figure, directory / "figures") for figure in figures],
         omitted=list(changes)[MAX_CONDITIONS_IN_FIGURES:],
@@ -101,6 +100,25 @@ def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
         }
         rows.append(row)
     return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
+
+
+def _make_table(
+    changes: Mapping[str, TraitChanges], numbers: Mapping[str, Mapping[str, Mapping[str, Any]]]
+) -> Table:
+    headings = [add_detail(name, entry.trait) for name, entry in changes.items()]
+    rows = [
+        [quantity, *(_format_row(table[quantity]) for table in numbers.values())]
+        for quantity in QUANTITIES
+    ]
+    return tabulate("Changes of the innate trait", ["Quantity"], headings, rows)
+
+
+def _format_row(row: Mapping[str, Any]) -> str:
+    """Return a median with its interval. Most changes are small, so they have three digits."""
+    if not row["runs"]:
+        return "undefined"
+    interval = "" if np.isnan(row["low"]) else f" [{row['low']:.3g}, {row['high']:.3g}]"
+    return f"{row['median']:.3g}{interval}".replace("-", "−")
 
 
 def _make_figures(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
+from math import nan
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -26,7 +27,8 @@ from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed, join_names
+from baldwinlab.analysis.report.tables import Table, tabulate
+from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, join_names
 from baldwinlab.analysis.statistics.rules import HOLDS, NOT_EVALUATED, VERDICT_MARKS, Verdict
 from baldwinlab.papers import load
 
@@ -67,7 +69,7 @@ def make_section(
         figures=[save_and_inline(figure, folder) for figure in _draw_figures(multiverse)],
         claims=multiverse.claims,
         paper_effects=paper_effects,
-        rows=[_make_row(variant, list(paper_effects)) for variant in singles.variants],
+        distances=_tabulate_distances(singles.variants, paper_effects),
     )
     return Section(
         anchor="variants",
@@ -116,27 +118,33 @@ def compose_lead(multiverse: Multiverse) -> str:
     )
 
 
-def _make_row(variant: VariantResult, claims: Sequence[str]) -> dict[str, Any]:
-    verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
-    distance = "–" if variant.distance is None else format_number(variant.distance)
-    return {
-        "name": variant.name,
-        "description": variant.description,
-        "counts": [verdicts.count(verdict) for verdict in VERDICT_PHRASES],
-        "effects": [_format_effect(variant, claim) for claim in claims],
-        "distance": distance,
-    }
+def _tabulate_distances(
+    variants: Sequence[VariantResult], paper_effects: Mapping[str, float]
+) -> Table:
+    """Return the verdicts of each variant, its effects, and its distance from the paper."""
+    rows = []
+    for variant in variants:
+        verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
+        rows.append(
+            [
+                variant.name,
+                variant.description,
+                *(verdicts.count(verdict) for verdict in VERDICT_PHRASES),
+                *(_format_effect(variant.outcomes[claim]) for claim in paper_effects),
+                "–" if variant.distance is None else format_number(variant.distance),
+            ]
+        )
+    effects = [f"{claim}, paper {effect:+g}" for claim, effect in paper_effects.items()]
+    numbers = ("Hold", "Undecided", "Do not hold", *effects, "Distance")
+    label = "Distance of each variant from the paper"
+    return tabulate(label, ("Variant", "Change"), numbers, rows)
 
 
-def _format_effect(variant: VariantResult, claim: str) -> str:
-    outcome = variant.outcomes[claim]
+def _format_effect(outcome: Outcome) -> str:
     if outcome.effect is None:
         return "–"
-    effect = format_signed(outcome.effect)
-    if not outcome.interval:
-        return effect
-    low, high = outcome.interval
-    return f"{effect} [{format_number(low)}, {format_number(high)}]"
+    sign = "+" if outcome.effect > 0 else ""
+    return f"{sign}{format_estimate(outcome.effect, *(outcome.interval or (nan, nan)))}"
 
 
 def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:

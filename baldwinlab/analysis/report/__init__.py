@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import describe_claims_too_few
-from baldwinlab.analysis.report import content, settings, setup
+from baldwinlab.analysis.report import content, settings, setup, tables
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.figures import SETUP_FIGURES, draw_figures
@@ -25,8 +25,8 @@ from baldwinlab.analysis.report.sections import (
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.papers.claims import KINDS
 
 __all__ = [
     "ReportData",
@@ -82,15 +82,26 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         "setup_note": setup.abridge_setup(report.data, report.experiments),
         "comparison_note": summarize_contrasts(contrasts)[0] if contrasts else "",
         "condition_links": link_conditions(report.lives),
-        "measures": name_measures(fitness.outcome(report.data)),
         "last": report.last,
         "changed_settings": _list_changed_settings(report),
-        "summary": summarize_conditions(report.data, report.last),
+        "summary_table": _tabulate_summary(report),
         "experiments": content.read_experiment_texts(report.data),
         "provenance": report.provenance,
         "timing": content.format_timing(report.provenance),
         **_summarize_claims(report),
     }
+
+
+def _tabulate_summary(report: ReportData) -> tables.Table:
+    """Return the table of the final values of each condition."""
+    names = name_measures(fitness.outcome(report.data))
+    rows = [
+        [condition, names[measure], n_runs, *map(format_number, numbers)]
+        for row in summarize_conditions(report.data, report.last)
+        for condition, measure, n_runs, *numbers in [row.values()]
+    ]
+    headings = ("Runs", "Median", "Mean", "Lower quartile", "Upper quartile", "Minimum", "Maximum")
+    return tables.tabulate("Statistics of each condition", ("Condition", "Measure"), headings, rows)
 
 
 def _choose_main_figure(drawn: Sequence[Mapping[str, Any]]) -> str:
@@ -113,7 +124,8 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
     return {
         "results": results,
         "too_few": describe_claims_too_few(results, report.instruction),
-        "kinds": KINDS,
+        "claims_table": tables.tabulate_claims(results),
+        "findings_table": tables.tabulate_findings(results),
         "verdict_counts": content.describe_verdicts(results),
         "of_paper": any(result.claim.of_paper for result in results),
         "has_pairs": any(finding.comparison.paired for finding in findings),

@@ -25,14 +25,17 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import ReportSummary, Section, render
+from baldwinlab.analysis.report.tables import Table, badge, tabulate
 from baldwinlab.analysis.stages.noise_comparison import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
+    ControlEffect,
     NoiseComparison,
 )
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
+from baldwinlab.analysis.statistics.contrast_table import format_effect
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, format_p_value
 from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
@@ -77,17 +80,58 @@ class StagedResults:
 def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
     """Make the sentences and the tables at the top of a report, and write their data."""
     _write_records(results, directory)
-    tables = {
-        map_name: [row for row in results.rows if row.map == map_name] for map_name in results.maps
-    }
     table = render(
         "stages/comparison.html",
-        tables=tables,
-        kinds=[kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)],
+        tables={map_name: _tabulate_learners(results, map_name) for map_name in results.maps},
         noise_controls=results.noise_controls,
         takeoff=TAKEOFF_FITNESS,
     )
     return ReportSummary([*compose_sentences(results)], table)
+
+
+def _tabulate_learners(results: StagedResults, map_name: str) -> Table:
+    """Return the learners on a map, with their noise control and their matched controls."""
+    kinds = [kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)]
+    rows = [
+        [
+            row.learner,
+            row.setting or "–",
+            format_estimate(row.median, row.low, row.high),
+            f"{row.hurdle.takeoffs} of {row.hurdle.runs}",
+            *_format_control(row.noise),
+            badge(row.verdict) if row.verdict else "–",
+            *(cell for kind in kinds for cell in _format_control(row.matched.get(kind))),
+        ]
+        for row in results.rows
+        if row.map == map_name
+    ]
+    headings = [
+        *("Tuned setting", "Items, unseen maps", "Take-off"),
+        *("Against the best noise control", "q, noise", "Verdict"),
+        *(text for kind in kinds for text in (f"Against its {kind} control", f"q, {kind}")),
+    ]
+    label = f"Learning rules, map {map_name}" if map_name else "Learning rules"
+    table = tabulate(label, ["Condition"], headings, rows)
+    return table._replace(columns=dict.fromkeys(table.columns, "plain"), style="numbers claims")
+
+
+def _format_control(effect: ControlEffect | None) -> tuple[str, str]:
+    """Return the difference from a control, and its q-value."""
+    return (format_effect(effect.numbers), format_p_value(effect.q)) if effect else ("–", "–")
+
+
+def _tabulate_ranks(curve: SpecificationResults) -> Table:
+    rows = [
+        [
+            row.learner,
+            format_number(row.median_rank),
+            f"{format_number(row.ranks.min())} to {format_number(row.ranks.max())}",
+            f"{100 * row.share_above_noise:.0f} %",
+        ]
+        for row in curve.learners
+    ]
+    numbers = ("Median rank", "Range of ranks", "Specifications above the best noise control")
+    return tabulate(CURVE_TITLE, ["Condition"], numbers, rows)
 
 
 def compose_sentences(results: StagedResults) -> Iterator[str]:
@@ -175,7 +219,13 @@ def make_section(results: StagedResults, directory: Path) -> Section:
             table=[row.record() for row in curve.learners],
         )
         figures.append(save_and_inline(curve_figure, folder))
-    body = render("stages/section.html", results=results, curve=curve, figures=figures)
+    body = render(
+        "stages/section.html",
+        results=results,
+        curve=curve,
+        ranks=_tabulate_ranks(curve) if curve else None,
+        figures=figures,
+    )
     return Section("confirmation", "Confirmation", body)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from markupsafe import Markup
 
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
 from baldwinlab.analysis.atlas.figures import (
@@ -18,12 +19,19 @@ from baldwinlab.analysis.atlas.figures import (
     draw_laws,
     draw_maps,
 )
-from baldwinlab.analysis.atlas.grids import HEIGHT, WIDTH, arrange_grids, describe_cells
+from baldwinlab.analysis.atlas.grids import (
+    HEIGHT,
+    WIDTH,
+    arrange_grids,
+    describe_cells,
+    name_letter,
+)
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
 from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
 from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.rules import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
@@ -206,10 +214,22 @@ def collect_points(result: MapResults) -> LawPoints:
 def _render_claims(results: AtlasResults) -> str:
     return render(
         "atlas/claims.html",
-        results=results.claims,
+        claims=_tabulate_claims(results.claims),
         claims_file=CLAIMS_FILE,
         digest=results.digests[CLAIMS_FILE],
     )
+
+
+def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
+    rows = []
+    for claim, evaluation in results:
+        note = f" Note: {claim.note}" if claim.note else ""
+        name = Markup("<strong>{}.</strong> {}").format(claim.id, claim.claim)
+        heading = add_detail(name, f"{claim.complete_rule}{note}")
+        cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
+        rows.append((heading, [cells]))
+    columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
+    return Table("Claims of the atlas", columns, rows, "claims")
 
 
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
@@ -236,12 +256,11 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
     return render(
         "atlas/map.html",
         title=result.title,
-        letter=outcome.label.split()[-1],
+        letter=name_letter(result.outcomes),
         description=atlas_map.complete_description,
         figure=save_and_inline(figure, figures),
         law=result.law.quantity if result.law else "",
-        labels=list(atlas_map.axes.values()),
-        grids=list(arrange_grids(result.outcomes, atlas_map.axes, cells)),
+        grids=arrange_grids(result.title, result.outcomes, atlas_map.axes, cells),
         cells=cells,
         width=WIDTH,
         height=HEIGHT,

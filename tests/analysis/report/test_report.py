@@ -347,7 +347,7 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
     section = text.split('id="compared"')[1].split("<h2")[0]
     assert "Each condition is compared with evo/B." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
-    for text in ("<strong>+20.0 [", '<td class="plain" data-label="runs">8, 8</td>'):
+    for text in ("<strong>+20.0 [", '<td class="plain" data-label="Runs">8, 8</td>'):
         assert text in section
 
 
