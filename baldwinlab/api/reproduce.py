@@ -11,6 +11,7 @@ from typing import Any, Final
 from baldwinlab import papers
 from baldwinlab.analysis.assays.analysis import planned_tests
 from baldwinlab.analysis.claims import planned_claim_tests
+from baldwinlab.analysis.report.figures import check_figures
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.added_runs import format_instruction
@@ -209,6 +210,7 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     require_whole_number("last", request.last)
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
+    check_figures(request.paper)
     design = read_design(request.paper)
     if design:
         return Study(run_stages(_plan_stages(request, design), options))

@@ -42,7 +42,6 @@ from baldwinlab.papers.texts import (
     DEFAULT_ASSAYS,
     DEFAULT_FIGURES,
     Assay,
-    Figure,
     PaperCard,
     ReportTexts,
     read_card,
@@ -75,7 +74,7 @@ class PaperMetadata(DeclaredTable):
     runs: int = Field(30, ge=1, le=SEED_LIMIT)
     # Number of the first run.
     first_run: int = Field(0, ge=0, lt=SEED_LIMIT)
-    figures: tuple[Figure, ...] = DEFAULT_FIGURES
+    figures: tuple[str, ...] = DEFAULT_FIGURES
     # Assays of `reproduce`.
     assays: tuple[Assay, ...] = DEFAULT_ASSAYS
     # Experiment of the figure "emergence". Default: the first.

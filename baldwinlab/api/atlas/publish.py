@@ -29,8 +29,8 @@ from baldwinlab.analysis.atlas.grids import (
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
 from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
-from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.rules import VERDICTS
@@ -182,13 +182,15 @@ def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
 def _render_laws(results: AtlasResults, figures: Path) -> str:
     points = [collect_points(result) for result in results.maps if result.law]
     figure = ReportFigure(
-        "laws",
-        "Residual learning against the laws",
-        "One panel per map, one point per cell: mean over runs with 95 % interval (Student's t). "
-        "On the line, the measurement equals the law. Nothing is fitted.",
-        "Measured residual learning against the prediction, one point per cell.",
-        draw_laws([group for group in points if group.predicted]),
-        [row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
+        name="laws",
+        title="Residual learning against the laws",
+        caption=(
+            "One panel per map, one point per cell: mean over runs with 95 % interval (Student's "
+            "t). On the line, the measurement equals the law. Nothing is fitted."
+        ),
+        alternative="Measured residual learning against the prediction, one point per cell.",
+        figure=draw_laws([group for group in points if group.predicted]),
+        table=[row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
     )
     style = render("atlas/style.html")
     return style + render("atlas/laws.html", figure=save_and_inline(figure, figures))
@@ -236,13 +238,13 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
     atlas_map = result.planned.atlas_map
     outcome = choose_outcome(result.outcomes)
     figure = ReportFigure(
-        result.name,
-        result.title,
-        f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
+        name=result.name,
+        title=result.title,
+        caption=f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
         + (" White lines: the law." if result.law else ""),
-        f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
-        draw_maps(result.outcomes, atlas_map.axes, result.law),
-        result.rows,
+        alternative=f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
+        figure=draw_maps(result.outcomes, atlas_map.axes, result.law),
+        table=result.rows,
     )
     cells = describe_cells(
         result.name, result.outcomes, atlas_map.axes, list(result.cells.values()), result.law

@@ -25,9 +25,9 @@ from baldwinlab.analysis.gallery.summary import (
     tabulate_measurements,
     tabulate_verdicts,
 )
-from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.replays import link_paper
+from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
@@ -137,17 +137,19 @@ def _draw_figure(
 ) -> ReportFigure:
     systems = list(dict.fromkeys(decision.system for decision in decisions))
     return ReportFigure(
-        "gallery",
-        "Effects of learning on evolution, by paper",
-        "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is the "
-        "equivalence bound. A verdict uses the q-value over all systems and questions, and not "
-        "the interval. The last row is the random-effects mean of the papers with its 95 % "
-        f"interval (thick) and the prediction interval for another paper (thin). Windows have "
-        f"{last} generations.",
-        " ".join(conclude(decisions)),
-        draw_forest(systems, summaries),
-        [decision.row() for decision in decisions],
+        title="Effects of learning on evolution, by paper",
+        caption=(
+            "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is "
+            "the equivalence bound. A verdict uses the q-value over all systems and questions, and "
+            "not the interval. The last row is the random-effects mean of the papers with its 95 % "
+            "interval (thick) and the prediction interval for another paper (thin). Windows have "
+            f"{last} generations."
+        ),
+        alternative=" ".join(conclude(decisions)),
+        figure=draw_forest(systems, summaries),
+        table=[decision.row() for decision in decisions],
         links=[link_paper(name) for name in dict.fromkeys(system.paper for system in systems)],
+        name="gallery",
     )
 
 
