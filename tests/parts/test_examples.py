@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 
-from baldwinlab.analysis.figures.trajectories import draw_trajectories
+from baldwinlab.analysis.figures.world import draw_trajectories
 from baldwinlab.analysis.palette import GREEN, PURPLE
 from baldwinlab.analysis.report.figures.maps import draw_world_maps
 from baldwinlab.analysis.report.figures.senses import draw_agent_senses

@@ -13,15 +13,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.panels import (
-    NEWBORN_STYLES,
-    draw_curve,
-    draw_legend,
-    label_rows,
-    list_handles,
-    make_grid,
-    start_at_zero,
-)
 from baldwinlab.analysis.assays.reaction import make_reaction_panels
 from baldwinlab.analysis.assays.values import (
     Assays,
@@ -32,8 +23,17 @@ from baldwinlab.analysis.assays.values import (
     read_factors,
     weight_distances,
 )
+from baldwinlab.analysis.figures.curves import (
+    draw_curve,
+    draw_legend,
+    draw_legend_of_panels,
+    draw_line,
+    label_blocks,
+    make_blocks,
+    start_at_zero,
+)
+from baldwinlab.analysis.figures.strips import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import (
-    BLACK,
     BROWN,
     FIGURE_WIDTH,
     GRAY,
@@ -42,10 +42,10 @@ from baldwinlab.analysis.figures.style import (
     SeriesStyle,
     choose_style,
     label_generations,
-    spread_points,
     styled,
 )
-from baldwinlab.analysis.palette import LIFE_COLORS
+from baldwinlab.analysis.palette import LIFE_COLORS, NEWBORN_COLORS
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
 LIFE_NAMES: Final = {
@@ -58,11 +58,27 @@ LIFE_STYLES: Final = {
     life: SeriesStyle(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINE_STYLES, MARKERS, strict=False)
 }
-# Vertical spread of the points of a kind of modules, and half of its median line, in rows.
-POINT_SPREAD: Final = 0.4
-HALF_MEDIAN_LINE: Final = 0.32
+# From the first to the last generation of newborns.
+NEWBORN_STYLES: Final = [
+    SeriesStyle(color, line, marker)
+    for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
+]
 # Number of time steps to which a meal rate refers.
 RATE_STEPS: Final = 100
+
+
+def _make_blocks(
+    datasets: Mapping[str, xr.Dataset], names: Sequence[str], n_rows: int, row_height: float
+) -> tuple[Figure, np.ndarray]:
+    titles = [read_factors(datasets[name]).title for name in names]
+    return make_blocks(titles, n_rows, row_height)
+
+
+def _draw_medians(
+    axes: Axes, values: xr.DataArray, style: SeriesStyle, label: str = "", dim: str = "generation"
+) -> None:
+    """Draw the medians over runs with their 95 % intervals."""
+    draw_curve(axes, interval_of_median(values), style, label, dim)
 
 
 @styled
@@ -72,23 +88,23 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
     The figure has two panels per condition: the fitness by generation (top) and its ratio to the
     fitness with learning (bottom).
     """
-    figure, grid = make_grid(assays["innate"], names, rows=2, height=2.4)
+    figure, grid = _make_blocks(assays["innate"], names, 2, 2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = mean_fitness(assays["innate"][name])
         for life, style in LIFE_STYLES.items():
-            draw_curve(top, fitness.sel(life=life), style, LIFE_NAMES[life])
+            _draw_medians(top, fitness.sel(life=life), style, LIFE_NAMES[life])
         fitness_with_learning = fitness.sel(life="on")
         innate_share = compute_share(fitness.sel(life="off"), fitness_with_learning)
         frozen_share = compute_share(fitness.sel(life="frozen"), fitness_with_learning)
-        draw_curve(bottom, innate_share, LIFE_STYLES["off"], "innate share (off / on)")
-        draw_curve(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
+        _draw_medians(bottom, innate_share, LIFE_STYLES["off"], "innate share (off / on)")
+        _draw_medians(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
         bottom.axhline(1, color=GRAY, lw=0.8)
         bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
         label_generations(bottom)
-    label_rows(grid, unit, "share of the fitness\nwith learning on")
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=2)
-    figure.legend(handles=list_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+    label_blocks(grid, unit, "share of the fitness\nwith learning on")
+    draw_legend_of_panels(figure, grid[:, 0], 2)
+    draw_legend_of_panels(figure, grid[:, 1], 2, is_below=True)
     return figure
 
 
@@ -101,21 +117,21 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
     distances = {name: weight_distances(assays["innate"][name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1
-    figure, grid = make_grid(assays["innate"], names, rows=n_rows, height=2.2)
+    figure, grid = _make_blocks(assays["innate"], names, n_rows, 2.2)
     for panels, name in zip(grid, names, strict=True):
         fitness = mean_fitness(assays["innate"][name])
         gain = fitness.sel(life="on") - fitness.sel(life="off")
         top = panels[0]
-        draw_curve(top, gain, LIFE_STYLES["on"], "")
+        _draw_medians(top, gain, LIFE_STYLES["on"])
         top.axhline(0, color=GRAY, lw=0.8)
         if has_weights:
             _draw_distances(panels[1], distances[name])
         bottom = panels[-1]
         label_generations(bottom)
     labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
-    label_rows(grid, *labels[:n_rows])
+    label_blocks(grid, *labels[:n_rows])
     if has_weights:
-        figure.legend(handles=list_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+        draw_legend_of_panels(figure, grid[:, 1], 2, is_below=True)
     return figure
 
 
@@ -134,7 +150,7 @@ def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
     for layer_index, (layer, values) in enumerate(layers.items()):
         line = LINE_STYLES[layer_index % len(LINE_STYLES)]
         marker = MARKERS[layer_index % len(MARKERS)]
-        draw_curve(axes, values, SeriesStyle(BROWN, line, marker), layer)
+        _draw_medians(axes, values, SeriesStyle(BROWN, line, marker), layer)
     start_at_zero(axes)
 
 
@@ -144,32 +160,20 @@ def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
 
     The figure has one panel per condition. A line is the median.
     """
-    figure, grid = make_grid(assays["modules"], names, rows=1, height=2.3)
+    figure, grid = _make_blocks(assays["modules"], names, 1, 2.3)
     for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
         axes = panels[0]
         data = assays["modules"][name]
         kinds = [str(kind) for kind in data["modules"].values]
         for row, kind in enumerate(kinds):
             fitness = data["energy"].sel(modules=kind).mean("agent").values
-            offsets = POINT_SPREAD * spread_points(fitness.size)
-            axes.plot(fitness, row + offsets, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
-            axes.vlines(
-                np.median(fitness),
-                row - HALF_MEDIAN_LINE,
-                row + HALF_MEDIAN_LINE,
-                color=BLACK,
-                lw=1.8,
-            )
-        axes.set(
-            yticks=range(len(kinds)),
-            yticklabels=[kind.replace(", ", ",\n") for kind in kinds],
-            xlabel=unit,
-        )
+            draw_strip(axes, row, fitness, GRAY)
+        label_strips(axes, [kind.replace(", ", ",\n") for kind in kinds])
+        axes.set_xlabel(unit)
         # Two conditions are next to each other, and only the left one has labels.
         is_left_panel = condition_index % 2 == 0
         axes.tick_params(labelleft=is_left_panel)
         axes.grid(visible=False, axis="y")
-        axes.invert_yaxis()
     return figure
 
 
@@ -190,7 +194,7 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     for panel in panels:
         axes = grid[fields.index(panel.field), maps.index(panel.map)]
         for name, fitness in panel.norms.items():
-            draw_curve(axes, fitness, styles[factors[name].learner], "", "position")
+            _draw_medians(axes, fitness, styles[factors[name].learner], dim="position")
         n_positions = len(panel.values)
         axes.set_xticks(range(n_positions), panel.labels)
         axes.set(xlim=(-0.4, max(n_positions, 1) - 0.6), xlabel=panel.name)
@@ -200,7 +204,7 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     for axes, map_name in zip(grid[0], maps, strict=True):
         title = f"Evolved on map {map_name}" if map_name else ""
         axes.set_title(title, loc="left", fontweight="bold")
-    draw_legend(figure, styles, {condition.learner for condition in factors.values()})
+    draw_legend(figure, {entry.learner: styles[entry.learner] for entry in factors.values()})
     return figure
 
 
@@ -239,12 +243,12 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         conditions_on_map = [name for name in stored if factors[name].map == map_name]
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
             for name in conditions_on_map:
-                draw_curve(axes, stored[name][measure], styles[factors[name].learner], "")
+                _draw_medians(axes, stored[name][measure], styles[factors[name].learner])
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)
-    draw_legend(figure, styles, {condition.learner for condition in factors.values()})
+    draw_legend(figure, {entry.learner: styles[entry.learner] for entry in factors.values()})
     return figure
 
 
@@ -254,7 +258,7 @@ def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
 
     The figure has one panel per condition, one line per generation.
     """
-    figure, grid = make_grid(assays["reaction-norms"], names, rows=1, height=2.3)
+    figure, grid = _make_blocks(assays["reaction-norms"], names, 1, 2.3)
     for (axes,), name in zip(grid, names, strict=True):
         data = assays["reaction-norms"][name]
         fitness = data["energy"].mean("agent")
@@ -264,11 +268,11 @@ def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         generations = data["generation"].values.tolist()
         for generation, style in zip(generations, NEWBORN_STYLES, strict=False):
             norm = positions.sel(generation=generation)
-            draw_curve(axes, norm, style, f"generation {generation}", "factor")
+            _draw_medians(axes, norm, style, f"generation {generation}", "factor")
         axes.set_xticks(range(len(labels)), labels)
         axes.set_xlabel("multiple of the amount of learning")
-    label_rows(grid, unit)
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    label_blocks(grid, unit)
+    draw_legend_of_panels(figure, grid[:, 0], 4)
     return figure
 
 
@@ -278,24 +282,24 @@ def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
 
     `unit`: label of fitness. Not used. The figure has two panels per condition.
     """
-    figure, grid = make_grid(assays["within-life"], names, rows=2, height=2.3)
+    figure, grid = _make_blocks(assays["within-life"], names, 2, 2.3)
     for (top, bottom), name in zip(grid, names, strict=True):
         data = assays["within-life"][name]
         n_steps = count_steps(data)
         for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
             selected = data.sel(newborns=newborns)
             meal_rate = _compute_meal_rate(selected["eaten_in_window"].mean("agent"), n_steps)
-            draw_curve(top, meal_rate, style, newborns, "window")
+            _draw_medians(top, meal_rate, style, newborns, "window")
             _draw_first_meals(bottom, selected["first_meal"].values.ravel(), n_steps, style)
         start_at_zero(top)
         bottom.set(ylim=(0, 1.03), xlabel="step of the lifetime")
         top.set_xlim(0, n_steps)
-    label_rows(
+    label_blocks(
         grid,
         f"items eaten by an\nagent in {RATE_STEPS} steps",
         "share of agents with\na first meal",
     )
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    draw_legend_of_panels(figure, grid[:, 0], 4)
     return figure
 
 
@@ -307,13 +311,8 @@ def _draw_first_meals(
     times = np.sort(first_meals[np.isfinite(first_meals)])
     shares = np.arange(1, times.size + 1) / first_meals.size
     final_share = times.size / first_meals.size
-    axes.step(
-        [0, *times, n_steps],
-        [0, *shares, final_share],
-        where="post",
-        color=style.color,
-        ls=style.line,
-    )
+    steps = [0, *times, n_steps]
+    draw_line(axes, steps, [0, *shares, final_share], style, is_stepped=True)
 
 
 def _sort_newborns(data: xr.Dataset) -> list[str]:

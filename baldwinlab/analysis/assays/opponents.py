@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
@@ -30,7 +31,7 @@ from baldwinlab.analysis.report.tables import (
     number_cells,
 )
 from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
@@ -49,8 +50,6 @@ CAPTION: Final = (
     "its opponents (column). Numbers are medians over runs. Darker cells are closer to the "
     "largest value of the species in all conditions."
 )
-# Text on cells with at least this share of the largest value is white.
-MIN_SHARE_FOR_WHITE_TEXT: Final = 0.85
 PANEL_HEIGHT: Final = 2.1
 """Height of the panels of a condition, in inches."""
 
@@ -242,26 +241,17 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
 
 def _draw_matrix(axes: Axes, matrix: SpeciesMatrix, largest: float) -> None:
     medians = matrix.fitness.median("run").values
-    scale = largest if largest > 0 else 1.0
-    axes.imshow(medians / scale, cmap="Blues", vmin=0, vmax=1.2, aspect="auto")
-    for (row, column), median in np.ndenumerate(medians):
-        color = "white" if median / scale >= MIN_SHARE_FOR_WHITE_TEXT else "black"
-        axes.text(column, row, format_number(median), ha="center", va="center", color=color)
+    texts = np.vectorize(format_number)(medians)
+    draw_cells(axes, medians, texts, WHITE_TO_BLUE, (0, largest if largest > 0 else 1.0))
     generations = matrix.fitness["own"].values.tolist()
-    axes.set_xticks(range(len(generations)), generations)
-    axes.set_yticks(range(len(generations)), generations)
+    label_cells(axes, generations, generations)
     axes.set(xlabel=f"generation of {matrix.opponents}", ylabel=f"generation of {matrix.species}")
-    axes.tick_params(length=0)
-    axes.grid(visible=False)
-    axes.spines[:].set_visible(False)
 
 
 def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
     """Return the data of the figure: medians over runs with their intervals."""
     rows = []
     for condition, data in stored.items():
-        interval = interval_of_median(data["energy"])
-        numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
-        table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
+        table = tabulate_interval(interval_of_median(data["energy"]))
         rows += [{"condition": condition, **row} for row in table]
     return rows

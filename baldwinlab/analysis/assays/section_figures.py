@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.phrases import Terms, fill_terms
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
 from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.experiment.outcome import name_food_outcome
 
@@ -183,9 +183,7 @@ def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]
     for condition, data in datasets.items():
         for name, values in data.data_vars.items():
             means = values.mean("agent") if "agent" in values.dims else values
-            interval = interval_of_median(means)
-            numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
-            table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
+            table = tabulate_interval(interval_of_median(means))
             rows += [{"condition": condition, "quantity": name, **row} for row in table]
     return rows
 

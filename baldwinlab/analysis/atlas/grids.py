@@ -14,17 +14,17 @@ import numpy.typing as npt
 import xarray as xr
 from markupsafe import Markup
 from matplotlib import colormaps
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 
-from baldwinlab.analysis.atlas.figures import COLORMAP, choose_outcome, is_light
+from baldwinlab.analysis.atlas.figures import choose_outcome, format_cell
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
 from baldwinlab.analysis.atlas.tables import describe_settings, format_label, list_cells
-from baldwinlab.analysis.palette import PALE
+from baldwinlab.analysis.figures.cells import CIVIDIS
+from baldwinlab.analysis.palette import PALE, choose_text_color
 from baldwinlab.analysis.report.tables import Table
 
-UNDEFINED_TEXT: Final = "–"
 LETTERS: Final = {
     "assimilation": "A",
     "innate_response": "I",
@@ -62,11 +62,11 @@ def describe_cells(
                 "id": f"{name}-{number:04d}",
                 "caption": describe_settings(cell, labels),
                 "settings": cell,
-                "value": _format(value),
+                "value": format_cell(value),
                 "color": _choose_color(shown.scale(value)),
-                "text_color": "black" if is_light(shown.scale(value)) else "white",
-                "residual": _format(float(measured.sel(cell))) if measured is not None else "",
-                "law": _format(float(predicted.sel(cell))) if predicted is not None else "",
+                "text_color": choose_text_color(to_rgb(_choose_color(shown.scale(value)))),
+                "residual": format_cell(float(measured.sel(cell))) if measured is not None else "",
+                "law": format_cell(float(predicted.sel(cell))) if predicted is not None else "",
                 "outcomes": {
                     LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
                 },
@@ -76,14 +76,10 @@ def describe_cells(
     return described
 
 
-def _format(value: float) -> str:
-    return f"{value:.2f}" if np.isfinite(value) else UNDEFINED_TEXT
-
-
 def _choose_color(share: float) -> str:
     if not np.isfinite(share):
         return PALE
-    return to_hex(colormaps[COLORMAP](np.clip(share, 0, 1)))
+    return to_hex(colormaps[CIVIDIS](np.clip(share, 0, 1)))
 
 
 def arrange_grids(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -40,6 +40,36 @@ def make_panels(
     for axes in grid.flat[n_panels:]:
         axes.remove()
     return figure, grid
+
+
+def make_blocks(
+    titles: Sequence[str], n_rows: int, row_height: float
+) -> tuple[Figure, npt.NDArray[Any]]:
+    """Return a figure and its panels [condition, row], with two conditions next to each other.
+
+    `row_height` is in inches.
+    """
+    n_columns = min(len(titles), 2)
+    # A block has all rows of the conditions that are next to each other.
+    n_blocks = math.ceil(len(titles) / n_columns)
+    figure = Figure((FIGURE_WIDTH, 0.6 + row_height * n_rows * n_blocks))
+    grid = figure.subplots(n_blocks * n_rows, n_columns, squeeze=False)
+    # From [block and row, column] to [condition, row].
+    panels = grid.reshape(n_blocks, n_rows, n_columns).transpose(0, 2, 1).reshape(-1, n_rows)
+    # An odd number of conditions leaves the last panels unused.
+    for axes in panels[len(titles) :].flat:
+        axes.set_visible(False)
+    for axes, title in zip(panels[:, 0], titles, strict=False):
+        axes.set_title(title, loc="left", fontweight="bold")
+    return figure, panels[: len(titles)]
+
+
+def label_blocks(panels: npt.NDArray[Any], *labels: str) -> None:
+    """Label the rows of `make_blocks` at the left edge."""
+    # Two conditions are next to each other, so every second one is in the left column.
+    for column in panels[::2]:
+        for axes, label in zip(column, labels, strict=True):
+            axes.set_ylabel(label)
 
 
 def draw_line(

@@ -18,13 +18,21 @@ class EstimateStyle(NamedTuple):
     size: float = 4
     width: float = 1.1  # Width of the line of an interval, in points.
 
+    @property
+    def marks(self) -> dict[str, Any]:
+        """The properties of a line with markers."""
+        return {
+            "color": self.color,
+            "marker": self.marker,
+            "ms": self.size,
+            "mfc": self.face or self.color,
+        }
+
 
 def draw_estimates(
     axes: Axes,
     positions: npt.ArrayLike,
     estimates: npt.ArrayLike,
-    low: npt.ArrayLike,
-    high: npt.ArrayLike,
     style: EstimateStyle,
     *,
     is_horizontal: bool = False,
@@ -32,18 +40,12 @@ def draw_estimates(
 ) -> None:
     """Draw estimates with their intervals at positions. NaN is not drawn.
 
+    `estimates`: estimate, low and high end of the interval, each for one or more positions.
     `is_horizontal`: whether the values have the horizontal axis. `is_joined`: whether a line joins
     the estimates.
     """
-    positions, estimates = np.atleast_1d(positions), np.atleast_1d(estimates)
+    centers, low, high = np.asarray(estimates, np.float64)
     draw_intervals = axes.hlines if is_horizontal else axes.vlines
     draw_intervals(positions, low, high, color=style.color, lw=style.width)
-    marks: dict[str, Any] = {
-        "marker": style.marker,
-        "ms": style.size,
-        "mec": style.color,
-        "mfc": style.face or style.color,
-        "clip_on": False,
-    }
-    x, y = (estimates, positions) if is_horizontal else (positions, estimates)
-    axes.plot(x, y, color=style.color, ls="-" if is_joined else "none", lw=1.5, **marks)
+    x, y = (centers, positions) if is_horizontal else (positions, centers)
+    axes.plot(x, y, ls="-" if is_joined else "none", lw=1.5, clip_on=False, **style.marks)

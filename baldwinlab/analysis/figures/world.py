@@ -1,4 +1,4 @@
-"""Maps to scale. y increases downward, as on a screen.
+"""Maps to scale, and the paths of agents on them. y increases downward, as on a screen.
 
 A map shows its edges, the birth disc, and the *appearance* that the parts declare. Traces store
 the appearance as an attribute.
@@ -6,20 +6,29 @@ the appearance as an attribute.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from baldwinlab.analysis.figures.style import BLUE
+from baldwinlab.analysis.agent_symbols import AgentSymbol, list_symbol_numbers, list_symbols
+from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 
+# Largest number of segments of a trajectory. Later segments are more opaque.
+MAX_SEGMENTS = 40
+# Markers of the shapes of species.
+SHAPE_MARKERS = {"circle": "o", "triangle": "^", "square": "s", "diamond": "D"}
 # Distance of a label from its region, in map units.
 LABEL_DISTANCE = 8
 
@@ -84,3 +93,87 @@ def draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
     title = f"Generation {generation}: {has_eaten.sum()} of {has_eaten.size} ate"
     axes.set_title(title, loc="left")
     return has_eaten
+
+
+@styled
+def draw_trajectories(trace: xr.Dataset) -> Figure:
+    """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth.
+
+    Each species has a color and a shape, which is hollow for agents that died.
+    """
+    figure = Figure((FIGURE_WIDTH / 2, FIGURE_WIDTH / 2 + 0.5))
+    axes = figure.subplots()
+    world = parse_world(trace)
+    has_eaten = draw_titled_map(axes, trace, world)
+    symbols = list_symbols(trace)
+    if "species" in trace:
+        numbers = np.array(list_symbol_numbers(trace))
+        colors = np.array([symbol.fill for symbol in symbols])[numbers]
+        handles = _draw_species_ends(axes, trace, symbols, numbers)
+    else:
+        colors = np.where(has_eaten, BLUE, GRAY)
+        axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colors, lw=0, zorder=3)
+        handles = [
+            Line2D([], [], color=color, lw=1.5, label=label)
+            for color, label in ((BLUE, "ate"), (GRAY, "never ate"))
+        ]
+    _draw_paths(axes, trace, world, colors, has_eaten)
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(3, len(handles)))
+    return figure
+
+
+def _draw_species_ends(
+    axes: Axes, trace: xr.Dataset, symbols: Sequence[AgentSymbol], numbers: np.ndarray
+) -> list[Line2D]:
+    """Draw the last position of each agent, and return the entries of the legend."""
+    last_steps = np.isfinite(trace["x"].values).sum(axis=0) - 1
+    agents = np.arange(trace.sizes["agent"])
+    x = trace["x"].values[last_steps, agents]
+    y = trace["y"].values[last_steps, agents]
+    is_dead = last_steps < trace.sizes["step"] - 1
+    handles = []
+    for species_index, symbol in enumerate(symbols):
+        style: dict[str, Any] = {
+            "color": symbol.fill,
+            "marker": SHAPE_MARKERS[symbol.shape],
+            "lw": 0,
+            "ms": 4,
+        }
+        for selected, face in ((~is_dead, symbol.fill), (is_dead, "white")):
+            is_drawn = selected & (numbers == species_index)
+            axes.plot(x[is_drawn], y[is_drawn], **style, mfc=face, zorder=3)
+        handles.append(Line2D([], [], **style, label=symbol.name))
+    if is_dead.any():
+        handles.append(
+            Line2D([], [], color=GRAY, marker="o", lw=0, ms=4, mfc="white", label="died")
+        )
+    return handles
+
+
+def _draw_paths(
+    axes: Axes, trace: xr.Dataset, world: World, colors: np.ndarray, has_eaten: np.ndarray
+) -> None:
+    segments = []
+    segment_colors = []
+    # Agents that never ate are drawn first, below the others.
+    for agent in np.argsort(has_eaten, kind="stable"):
+        path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
+        n_segments = min(MAX_SEGMENTS, len(path))
+        for steps in np.array_split(np.arange(len(path)), n_segments):
+            # A segment starts at the last point of the preceding one.
+            first_step = max(steps[0] - 1, 0)
+            segments.append(path[first_step : steps[-1] + 1])
+        opacities = 0.05 + 0.75 * np.linspace(0, 1, n_segments) ** 3
+        segment_colors += [to_rgba(colors[agent], opacity) for opacity in opacities]
+    lines = LineCollection(segments, colors=segment_colors, linewidths=0.6, rasterized=True)
+    axes.add_collection(lines, autolim=False)
+
+
+def split_at_edges(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
+    """Return a path [step, 2], with a row of NaN where an agent crosses the edge of the map."""
+    path = np.stack([x, y], axis=1).astype(np.float64)
+    half_map = np.array([world.width, world.height]) / 2
+    # No agent moves by half a map in a step.
+    crosses_edge = (np.abs(np.diff(path, axis=0)) > half_map).any(axis=1)
+    steps_after_edge = np.flatnonzero(crosses_edge) + 1
+    return np.insert(path, steps_after_edge, np.nan, axis=0)

@@ -22,7 +22,7 @@ from PIL import Image
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.style import choose_style, save_figure, style_conditions, to_svg
-from baldwinlab.analysis.figures.trajectories import draw_trajectories, split_at_edges
+from baldwinlab.analysis.figures.world import draw_trajectories, split_at_edges
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations

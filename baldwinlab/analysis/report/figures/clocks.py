@@ -9,10 +9,13 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.curves import draw_legend, draw_line
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled, wrap_label
-from baldwinlab.analysis.report.content import find_evaluation_variable
+from baldwinlab.analysis.report.content import (
+    describe_final_medians,
+    find_evaluation_variable,
+    name_fitness,
+)
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import describe_final_medians, name_fitness
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment.outcome import name_outcome_of

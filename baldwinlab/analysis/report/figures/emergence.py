@@ -25,9 +25,9 @@ from baldwinlab.analysis.figures.style import (
     styled,
 )
 from baldwinlab.analysis.figures.world import draw_titled_map, parse_world
+from baldwinlab.analysis.report.content import tabulate_generations
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import tabulate_generations
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.replays import StoredLife, format_replay_command, make_link
 from baldwinlab.analysis.statistics import fitness

@@ -15,13 +15,13 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.figures.curves import LETTER_INCHES, find_top
 from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, style_conditions, styled
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import (
+from baldwinlab.analysis.report.content import (
     describe_final_medians,
     name_fitness,
     tabulate_runs,
 )
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
 from baldwinlab.analysis.statistics import fitness

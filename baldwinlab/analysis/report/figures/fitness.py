@@ -24,13 +24,13 @@ from baldwinlab.analysis.figures.style import (
     styled,
     wrap_label,
 )
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import (
+from baldwinlab.analysis.report.content import (
     describe_final_medians,
     name_fitness,
     tabulate_generations,
 )
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.replays import list_replay_commands
 from baldwinlab.analysis.statistics import fitness

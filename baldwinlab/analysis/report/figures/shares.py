@@ -12,10 +12,9 @@ from baldwinlab.analysis.figures.style import (
     style_conditions,
     styled,
 )
-from baldwinlab.analysis.report.content import compute_shares
+from baldwinlab.analysis.report.content import compute_shares, tabulate_shares
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import tabulate_shares
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from baldwinlab.analysis.report.content import compute_species_composition
+from baldwinlab.analysis.report.content import compute_species_composition, tabulate_shares
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import tabulate_shares
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.shares import draw_shares
 
