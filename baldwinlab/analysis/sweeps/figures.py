@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from baldwinlab.analysis.figures.cells import draw_cells
+from baldwinlab.analysis.figures.curves import find_top
 from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import (
     BLUE,
@@ -90,15 +91,9 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
         row[0].set_ylabel(wrap_label(fitness.outcome(finals)))
     for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
-        top = _axis_top(axes, measure)
+        top = 1.0 if measure == "share" else find_top(axes)
         axes.set_ylim(-0.025 * top, 1.025 * top)
     return figure
-
-
-def _axis_top(axes: Axes, measure: str) -> float:
-    """Return the upper limit of an axis: 1 for shares, or if no value is above 0."""
-    has_values = axes.dataLim.y1 > 0
-    return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
 
 
 def describe_field(finals: xr.Dataset, field: str) -> str:

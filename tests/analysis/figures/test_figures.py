@@ -20,6 +20,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.style import choose_style, save_figure, style_conditions, to_svg
 from baldwinlab.analysis.figures.world import draw_trajectories, split_at_edges
@@ -30,7 +31,7 @@ from baldwinlab.analysis.report.figures.emergence import compute_time_shares, dr
 from baldwinlab.analysis.report.figures.final_fitness import draw_fitness_boxes
 from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
 from baldwinlab.analysis.report.figures.maps import draw_world_maps
-from baldwinlab.analysis.report.figures.measures import MeasureValues, draw_measures
+from baldwinlab.analysis.report.figures.measures import draw_measures
 from baldwinlab.analysis.report.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.analysis.report.figures.shares import draw_shares
@@ -50,7 +51,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trac
 FORAGERS = "evo+self-taught/B"
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
-MEASURED = MeasureValues(
+MEASURED = ModelMeasure(
     "items",
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.figures.curves import draw_legend
 from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
@@ -19,20 +18,10 @@ from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.statistics.numbers import format_number
 
 
-class MeasureValues(NamedTuple):
-    """The values of a measure that a model declares."""
-
-    name: str
-    meaning: str
-    # Values of the runs, by condition. A run without a value is left out.
-    values: Mapping[str, npt.NDArray[np.float64]]
-
-
 @declare_figure()
 def draw_figure(report: ReportData) -> ReportFigure | None:
     if not report.model_measures:
         return None
-    measures = [MeasureValues(*measure) for measure in report.model_measures]
     medians = []
     rows = []
     for measure in report.model_measures:
@@ -48,13 +37,13 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
         title="Measures that the claims compare",
         caption=BOXES_NOTE,
         alternative=f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
-        figure=draw_measures(report.data, measures),
+        figure=draw_measures(report.data, report.model_measures),
         table=rows,
     )
 
 
 @styled
-def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Figure:
+def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
     """Draw each measure in a panel, with a box per condition and a point per run.
 
     `measures`: the measures, at least one. The figure has a panel per measure. The conditions of a
