@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures import SavedFigure
+from baldwinlab.analysis.figures.style import SavedFigure
 
 SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 
@@ -26,5 +26,5 @@ def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
 @contextmanager
 def save_placeholders() -> Iterator[None]:
     """Save placeholders until the block ends. Rendering takes most of the time of a report."""
-    with patch("baldwinlab.analysis.figures.save_figure", save_placeholder):
+    with patch("baldwinlab.analysis.report.embedding.save_figure", save_placeholder):
         yield

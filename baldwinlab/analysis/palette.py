@@ -15,7 +15,7 @@ M. Okabe and K. Ito, Color Universal Design (2008).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 BLUE = "#0072b2"
@@ -147,6 +147,20 @@ def resolve_color(color: str) -> str:
     `color`: a name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
     """
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
+
+
+def choose_text_color(background: Sequence[float]) -> str:
+    """Return black or white, whichever is easier to read on a color.
+
+    `background`: red, green and blue, 0 to 1. The luminance and the contrast are those of WCAG 2.
+    """
+    weights = (0.2126, 0.7152, 0.0722)
+    luminance = sum(
+        weight * (value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4)
+        for weight, value in zip(weights, background, strict=True)
+    )
+    # Black has the higher contrast if (luminance + 0.05) / 0.05 > 1.05 / (luminance + 0.05).
+    return "black" if (luminance + 0.05) ** 2 > 0.05 * 1.05 else "white"
 
 
 def choose_species_style(index: int) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from typing import Any, Final, Unpack
 from baldwinlab import papers
 from baldwinlab.analysis.assays.analysis import planned_tests
 from baldwinlab.analysis.claims import planned_claim_tests
+from baldwinlab.analysis.report.figures import check_figures
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.added_runs import format_instruction
@@ -198,6 +199,7 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
     paper = request.paper
+    check_figures(paper)
     assays = select_assays(paper)
     if request.steps is not None and not are_foragers(paper.experiments()):
         raise RefusedError(

@@ -35,7 +35,8 @@ def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
     if not conditions:
         return ""
     # Imported late: loading the figures takes a while.
-    from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
+    from baldwinlab.analysis.figures.style import to_svg
+    from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
 
     figure = draw_fitness_curves(open_sample(study, conditions))
     image = b64encode(to_svg(figure)).decode()

@@ -13,6 +13,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,
+    NUMBER_HEADINGS,
     list_cells,
     summarize_contrasts,
 )
@@ -24,8 +25,6 @@ from baldwinlab.papers.claims import KINDS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
-# Columns of numbers, which have one line.
-UNWRAPPED = ("effect", "p", "p_holm", "a12", "runs")
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
@@ -47,7 +46,7 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
     # Longer verdicts have two lines, so that names fit into 80 columns.
     for key, heading in HEADINGS.items():
         width = 9 if key == "verdict" else None
-        table.add_column(heading, overflow="fold", width=width, no_wrap=key in UNWRAPPED)
+        table.add_column(heading, overflow="fold", width=width, no_wrap=key in NUMBER_HEADINGS)
     for cells in list_cells(contrasts)[:MAX_COMPARISONS]:
         name = Text.assemble(cells["condition"], (f"\n{cells['context']}", "dim"))
         verdict = Text(cells["verdict"], style=LABEL_STYLE[cells["verdict"]])

@@ -191,7 +191,7 @@ def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
         write_atomically(out, bytes(marked_trace.to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         # Imported late, as is the movie: loading the figures takes a while.
-        from baldwinlab.analysis.figures import draw_trajectories
+        from baldwinlab.analysis.figures.world import draw_trajectories
 
         picture = BytesIO()
         draw_trajectories(trace).savefig(

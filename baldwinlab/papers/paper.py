@@ -40,7 +40,6 @@ from baldwinlab.papers.claims import (
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 from baldwinlab.papers.texts import (
     DEFAULT_FIGURES,
-    Figure,
     PaperCard,
     ReportTexts,
     read_card,
@@ -73,7 +72,7 @@ class PaperMetadata(DeclaredTable):
     runs: int = Field(30, ge=1, le=SEED_LIMIT)
     # Number of the first run.
     first_run: int = Field(0, ge=0, lt=SEED_LIMIT)
-    figures: tuple[Figure, ...] = DEFAULT_FIGURES
+    figures: tuple[str, ...] = DEFAULT_FIGURES
     # Assays of `reproduce`, which checks the names. Default: the default assays.
     assays: tuple[str, ...] | None = None
     # Experiment of the figure "emergence". Default: the first.

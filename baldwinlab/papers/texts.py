@@ -10,11 +10,8 @@ from pydantic import Field
 
 from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
 
-Figure = Literal[
-    "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "species",
-    "clocks", "measures", "survival",
-]  # fmt: skip
-DEFAULT_FIGURES: tuple[Figure, ...] = (
+# Names of figures in this package are not checked: the package `analysis` has the registry.
+DEFAULT_FIGURES: tuple[str, ...] = (
     "fitness",
     "species",
     "final-fitness",
@@ -47,7 +44,7 @@ class ReportTexts(DeclaredTable):
     # The question that the study answers, as the first line of the report.
     question: str = ""
     # Additions to captions that compare a figure with one of the paper.
-    captions: Mapping[Figure, str] = Field(default_factory=dict)
+    captions: Mapping[str, str] = Field(default_factory=dict)
     inference: Inference | None = None
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from matplotlib import colormaps
 
 import baldwinlab
 from baldwinlab.analysis import palette
@@ -50,3 +52,20 @@ def test_a_color_name_has_a_shade_and_an_unknown_name_is_an_error() -> None:
     assert palette.resolve_color("#123456") == "#123456"
     with pytest.raises(KeyError):
         palette.resolve_color("greenish")
+
+
+@pytest.mark.parametrize("colormap", ["cividis", "Blues", "gray"])
+def test_text_on_any_color_has_the_contrast_that_wcag_requires(colormap: str) -> None:
+    for share in range(11):
+        background = colormaps[colormap](share / 10)[:3]
+        text = {"black": (0, 0, 0), "white": (1, 1, 1)}[palette.choose_text_color(background)]
+        darker, lighter = sorted((measure_luminance(background), measure_luminance(text)))
+        assert (lighter + 0.05) / (darker + 0.05) >= 4.5
+
+
+def measure_luminance(color: Sequence[float]) -> float:
+    """Return the relative luminance of WCAG 2."""
+    red, green, blue = (
+        value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in color
+    )
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

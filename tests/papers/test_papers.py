@@ -154,10 +154,6 @@ INVALID = [
     ("paper", "year = 2026\n", "", "{}/paper.toml: year is missing"),
     ("paper", "", "pages = 8\n", "{}/paper.toml: pages: there is no such key"),
     (
-        *("paper", "", 'figures = ["pie"]\n'),
-        "{}/paper.toml: figures.0 = 'pie': input should be 'fitness'",
-    ),
-    (
         *("paper", "", 'maps = ["nera"]\n'),
         "{}/paper.toml: maps 'nera', which does not exist (did you mean 'near'?)",
     ),
@@ -226,7 +222,6 @@ INVALID = [
     ("claims", '"senses.v', '"sense.v', "choice T1: sense.visual_radius: there is no 'sense'"),
     ("claims", '"T2"', '"T1"', "claims.toml: two claims have the id 'T1'"),
     ("claims", CLAIMS, "claims = 3\n", "claims.toml: claims = 3: input should be a valid tuple"),
-    ("words", FILES["words.toml"], "[captions]\npie = 'x'\n", "words.toml: captions.pie"),
     (
         *("paper", "", 'conditions = ["plain", "plain"]\n'),
         "{}/paper.toml: conditions: 'plain' is listed twice; list each name once",
@@ -365,6 +360,24 @@ def test_an_unknown_paper_is_refused_with_the_most_similar_names(
         "baldwinlab: there is no variant 'literal'; there are standard\n",
     )
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "place"),
+    [
+        ({"paper": PAPER + 'figures = ["pie"]\n'}, "tiny/paper.toml: figures"),
+        ({"words": "[captions]\npie = 'x'\n"}, "tiny/words.toml: captions"),
+    ],
+)
+def test_an_unknown_figure_is_refused_before_the_simulation(
+    command: Command, tmp_path: Path, changed: dict[str, str], place: str
+) -> None:
+    folder = write_paper(tmp_path / "tiny", **changed)
+    result = command("reproduce", str(folder), "--out", "mine")
+    assert result.code == 2
+    assert f"{place} 'pie', which does not exist" in result.err
+    assert "there are clocks, emergence, " in result.err and result.out == ""
+    assert not Path("mine").exists()
 
 
 def test_list_papers_describes_each_paper(command: Command) -> None:

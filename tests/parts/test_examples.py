@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 
-from baldwinlab.analysis import figures
+from baldwinlab.analysis.figures.world import draw_trajectories
 from baldwinlab.analysis.palette import GREEN, PURPLE
+from baldwinlab.analysis.report.figures.maps import draw_world_maps
+from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import SELECTION
 from baldwinlab.evolution import GenerationKey, fitness, select
@@ -145,7 +147,7 @@ def test_poison_and_walls_are_drawn_in_figures() -> None:
     ]
     experiment = assign(load("evo/A"), settings)
     appearance = describe_appearance(experiment).to_dict()
-    axes = figures.draw_world_maps({"A": experiment.world}, 20, {"A": appearance}).axes[0]
+    axes = draw_world_maps({"A": experiment.world}, 20, {"A": appearance}).axes[0]
     assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
     assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}
     colors = {
@@ -154,10 +156,10 @@ def test_poison_and_walls_are_drawn_in_figures() -> None:
         for color in np.asarray(collection.get_facecolor())[:1]
     }
     assert colors >= {GREEN, PURPLE}
-    labels = [text.get_text() for text in figures.draw_agent_senses(appearance).axes[0].texts]
+    labels = [text.get_text() for text in draw_agent_senses(appearance).axes[0].texts]
     assert "left\npoison left" in labels and labels.count("15°") == 2
     trace = replay(experiment.replace(lifetime={"steps": 5}), seed=1)
-    assert "wall" in {text.get_text() for text in figures.draw_trajectories(trace).axes[0].texts}
+    assert "wall" in {text.get_text() for text in draw_trajectories(trace).axes[0].texts}
 
 
 @pytest.mark.usefixtures("in_plain_python")

@@ -14,13 +14,9 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayFigure,
     QuantityValues,
 )
-from baldwinlab.analysis.assays.panels import (
-    draw_curve,
-    draw_legend,
-    start_at_zero,
-    style_learners,
-)
+from baldwinlab.analysis.assays.panels import draw_legend_of_learners, draw_medians, style_learners
 from baldwinlab.analysis.assays.values import Stored, read_factors
+from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
 
 
@@ -52,12 +48,12 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
         conditions_on_map = [name for name in stored if factors[name].map == map_name]
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
             for name in conditions_on_map:
-                draw_curve(axes, stored[name][measure], styles[factors[name].learner], "")
+                draw_medians(axes, stored[name][measure], styles[factors[name].learner])
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)
-    draw_legend(figure, styles, stored)
+    draw_legend_of_learners(figure, styles, stored)
     return figure
 
 

@@ -16,18 +16,13 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayFigure,
     QuantityValues,
 )
-from baldwinlab.analysis.assays.panels import (
-    draw_curve,
-    label_rows,
-    list_handles,
-    make_grid,
-    start_at_zero,
-)
+from baldwinlab.analysis.assays.panels import draw_medians, make_blocks_of_conditions
 from baldwinlab.analysis.assays.values import (
     Stored,
     compute_share,
     weight_distances,
 )
+from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks, start_at_zero
 from baldwinlab.analysis.figures.style import (
     BROWN,
     GRAY,
@@ -99,23 +94,23 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
     The figure has two panels per condition: the fitness by generation (top) and its ratio to the
     fitness with learning (bottom).
     """
-    figure, grid = make_grid(stored, names, rows=2, height=2.4)
+    figure, grid = make_blocks_of_conditions(stored, names, 2, 2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = stored[name]["energy"].mean("agent")
         for life, style in LIFE_STYLES.items():
-            draw_curve(top, fitness.sel(life=life), style, LIFE_NAMES[life])
+            draw_medians(top, fitness.sel(life=life), style, LIFE_NAMES[life])
         fitness_with_learning = fitness.sel(life="on")
         innate_share = compute_share(fitness.sel(life="off"), fitness_with_learning)
         frozen_share = compute_share(fitness.sel(life="frozen"), fitness_with_learning)
-        draw_curve(bottom, innate_share, LIFE_STYLES["off"], "innate share (off / on)")
-        draw_curve(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
+        draw_medians(bottom, innate_share, LIFE_STYLES["off"], "innate share (off / on)")
+        draw_medians(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
         bottom.axhline(1, color=GRAY, lw=0.8)
         bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
         label_generations(bottom)
-    label_rows(grid, unit, "share of the fitness\nwith learning on")
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=2)
-    figure.legend(handles=list_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+    label_blocks(grid, unit, "share of the fitness\nwith learning on")
+    draw_legend_of_panels(figure, grid[:, 0], 2)
+    draw_legend_of_panels(figure, grid[:, 1], 2, is_below=True)
     return figure
 
 
@@ -128,21 +123,21 @@ def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> F
     distances = {name: weight_distances(stored[name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1
-    figure, grid = make_grid(stored, names, rows=n_rows, height=2.2)
+    figure, grid = make_blocks_of_conditions(stored, names, n_rows, 2.2)
     for panels, name in zip(grid, names, strict=True):
         fitness = stored[name]["energy"].mean("agent")
         gain = fitness.sel(life="on") - fitness.sel(life="off")
         top = panels[0]
-        draw_curve(top, gain, LIFE_STYLES["on"], "")
+        draw_medians(top, gain, LIFE_STYLES["on"])
         top.axhline(0, color=GRAY, lw=0.8)
         if has_weights:
             _draw_distances(panels[1], distances[name])
         bottom = panels[-1]
         label_generations(bottom)
     labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
-    label_rows(grid, *labels[:n_rows])
+    label_blocks(grid, *labels[:n_rows])
     if has_weights:
-        figure.legend(handles=list_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+        draw_legend_of_panels(figure, grid[:, 1], 2, is_below=True)
     return figure
 
 
@@ -161,7 +156,7 @@ def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
     for layer_index, (layer, values) in enumerate(layers.items()):
         line = LINE_STYLES[layer_index % len(LINE_STYLES)]
         marker = MARKERS[layer_index % len(MARKERS)]
-        draw_curve(axes, values, SeriesStyle(BROWN, line, marker), layer)
+        draw_medians(axes, values, SeriesStyle(BROWN, line, marker), layer)
     start_at_zero(axes)
 
 

@@ -19,10 +19,20 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation
-from baldwinlab.analysis.assays.panels import tabulate_median
+from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import (
+    Table,
+    add_detail,
+    badge,
+    columns_of_comparisons,
+    describe_medians,
+    number_cells,
+)
+from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
 from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.sample_sizes import (
@@ -45,8 +55,6 @@ CAPTION: Final = (
     "its opponents (column). Numbers are medians over runs. Darker cells are closer to the "
     "largest value of the species in all conditions."
 )
-# Text on cells with at least this share of the largest value is white.
-MIN_SHARE_FOR_WHITE_TEXT: Final = 0.85
 PANEL_HEIGHT: Final = 2.1
 """Height of the panels of a condition, in inches."""
 
@@ -193,9 +201,25 @@ def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
         sentences=sentences,
         too_few=too_few,
         figure=save_and_inline(figure, folder),
-        groups=group_by_question(tests),
+        tests=_tabulate_tests(tests) if tests else None,
     )
     return Section(anchor=OPPONENTS, title=TITLE, body=body, summary=" ".join(sentences))
+
+
+def _tabulate_tests(tests: Sequence[GenerationTest]) -> Table:
+    headings = {"condition": "Comparison", "verdict": "Fitness", **NUMBER_HEADINGS}
+    groups = [
+        (question, [_test_cells(test) for test in group])
+        for question, group in group_by_question(tests).items()
+    ]
+    label = "Differences between generations"
+    return Table(label, columns_of_comparisons(headings), groups, "claims")
+
+
+def _test_cells(test: GenerationTest) -> list[Any]:
+    pairs = test.pairs
+    verdict = add_detail(badge(test.difference), test.condition)
+    return [verdict, *number_cells(pairs, test.test.p_holm, describe_medians(pairs))]
 
 
 @styled
@@ -221,18 +245,11 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
 
 def _draw_matrix(axes: Axes, matrix: SpeciesMatrix, largest: float) -> None:
     medians = matrix.fitness.median("run").values
-    scale = largest if largest > 0 else 1.0
-    axes.imshow(medians / scale, cmap="Blues", vmin=0, vmax=1.2, aspect="auto")
-    for (row, column), median in np.ndenumerate(medians):
-        color = "white" if median / scale >= MIN_SHARE_FOR_WHITE_TEXT else "black"
-        axes.text(column, row, format_number(median), ha="center", va="center", color=color)
+    texts = np.vectorize(format_number)(medians)
+    draw_cells(axes, medians, texts, WHITE_TO_BLUE, (0, largest if largest > 0 else 1.0))
     generations = matrix.fitness["own"].values.tolist()
-    axes.set_xticks(range(len(generations)), generations)
-    axes.set_yticks(range(len(generations)), generations)
+    label_cells(axes, generations, generations)
     axes.set(xlabel=f"generation of {matrix.opponents}", ylabel=f"generation of {matrix.species}")
-    axes.tick_params(length=0)
-    axes.grid(visible=False)
-    axes.spines[:].set_visible(False)
 
 
 def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
@@ -240,7 +257,7 @@ def _tabulate_matrices(stored: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]
     return [
         {"condition": condition, **row}
         for condition, data in stored.items()
-        for row in tabulate_median(data["energy"])
+        for row in tabulate_interval(interval_of_median(data["energy"]))
     ]
 
 

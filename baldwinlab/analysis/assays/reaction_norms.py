@@ -25,12 +25,11 @@ from baldwinlab.analysis.assays.evaluation import (
 )
 from baldwinlab.analysis.assays.panels import (
     NEWBORN_STYLES,
-    draw_curve,
-    label_rows,
-    list_handles,
-    make_grid,
+    draw_medians,
+    make_blocks_of_conditions,
 )
 from baldwinlab.analysis.assays.values import Stored
+from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks
 from baldwinlab.analysis.figures.style import styled
 
 QUANTITY_PREFIX: Final = "reaction norm: "
@@ -83,7 +82,7 @@ def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
 
     The figure has one panel per condition, one line per generation.
     """
-    figure, grid = make_grid(stored, names, rows=1, height=2.3)
+    figure, grid = make_blocks_of_conditions(stored, names, 1, 2.3)
     for (axes,), name in zip(grid, names, strict=True):
         data = stored[name]
         fitness = data["energy"].mean("agent")
@@ -93,11 +92,11 @@ def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
         generations = data["generation"].values.tolist()
         for generation, style in zip(generations, NEWBORN_STYLES, strict=False):
             norm = positions.sel(generation=generation)
-            draw_curve(axes, norm, style, f"generation {generation}", "factor")
+            draw_medians(axes, norm, style, f"generation {generation}", "factor")
         axes.set_xticks(range(len(labels)), labels)
         axes.set_xlabel("multiple of the amount of learning")
-    label_rows(grid, unit)
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    label_blocks(grid, unit)
+    draw_legend_of_panels(figure, grid[:, 0], 4)
     return figure
 
 

@@ -17,13 +17,23 @@ from baldwinlab.analysis.assays.analysis import (
 )
 from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.panels import tabulate_median
 from baldwinlab.analysis.assays.phrases import fill_terms
 from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import (
+    Table,
+    add_detail,
+    badge,
+    columns_of_comparisons,
+    describe_medians,
+    number_cells,
+    tabulate,
+)
+from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
+from baldwinlab.analysis.statistics.numbers import format_estimate, format_number
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.texts import Inference
@@ -74,7 +84,10 @@ def make_section(
         "assays/section.html",
         analysis=analysis,
         last=last,
-        phases=PHASE_TITLES,
+        phases={
+            title: _tabulate_answers(analysis, phase, title)
+            for phase, title in PHASE_TITLES.items()
+        },
         rules=load_rules(),
         headlines=_compose_headlines(analysis),
         findings={
@@ -83,13 +96,12 @@ def make_section(
         },
         paper=paper_comparison,
         effect_tables=[
-            (evaluation.table, tabulate_effects(analysis, evaluation.table))
+            (evaluation.table, effects)
             for evaluation in load_evaluations().values()
-            if evaluation.table
+            if evaluation.table and (effects := _make_table(analysis, evaluation.table))
         ],
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
-        table=tabulate_numbers(analysis),
-        conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
+        numbers=_tabulate_all_numbers(analysis),
     )
     return Section(
         anchor="baldwin",
@@ -146,7 +158,9 @@ def _tabulate_medians(datasets: Stored) -> list[dict[str, Any]]:
         {"condition": condition, "quantity": name, **row}
         for condition, data in datasets.items()
         for name, values in data.data_vars.items()
-        for row in tabulate_median(values.mean("agent") if "agent" in values.dims else values)
+        for row in tabulate_interval(
+            interval_of_median(values.mean("agent") if "agent" in values.dims else values)
+        )
     ]
 
 
@@ -159,6 +173,63 @@ def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -
         if number.measure in measures
     ]
     return ", ".join(texts)
+
+
+def _tabulate_answers(analysis: Analysis, phase: int | None, title: str) -> Table:
+    """Return the answers of all conditions to the criteria of a phase."""
+    headings = {"condition": "Criterion", "verdict": "Answer", **NUMBER_HEADINGS}
+    groups = [
+        (
+            add_detail(criterion.question, criterion.detail),
+            [_answer_cells(result, result.answer(criterion.id)) for result in analysis.results],
+        )
+        for criterion in analysis.applicable_criteria
+        if criterion.phase == phase
+    ]
+    return Table(title, columns_of_comparisons(headings), groups, "claims")
+
+
+def _answer_cells(result: ConditionResult, answer: Answer) -> list[Any]:
+    verdict = add_detail(badge(answer.label), result.condition)
+    if answer.numbers is None:
+        dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
+        return [verdict, add_detail("", "not measured, or undefined in every run"), *dashes]
+    omitted = f"without {answer.left_out} runs in which it is undefined" if answer.left_out else ""
+    details = (describe_medians(answer.numbers), omitted, answer.note)
+    return [verdict, *number_cells(answer.numbers, answer.p_holm, *details)]
+
+
+def _make_table(analysis: Analysis, declared: EffectTable) -> Table | None:
+    """Return a table of medians with their intervals, or None without rows."""
+    cells = []
+    for row in tabulate_effects(analysis, declared):
+        numbers = [
+            f"{'+' if number.median > 0 else ''}{_format_number(number)}"
+            for number in row["numbers"]
+        ]
+        names = (row["condition"], row["start"], row["measure"])
+        cells.append([*names, *numbers, row["numbers"][0].runs])
+    texts = ("Condition", declared.time, "Measure")
+    return tabulate(declared.title, texts, (*declared.columns, "Runs"), cells) if cells else None
+
+
+def _format_number(number: Number) -> str:
+    return format_estimate(number.median, number.low, number.high)
+
+
+def _tabulate_all_numbers(analysis: Analysis) -> Table:
+    conditions = list(dict.fromkeys(number.condition for number in analysis.numbers))
+    rows = []
+    for row in tabulate_numbers(analysis):
+        numbers = [row["numbers"].get(condition) for condition in conditions]
+        cells = [
+            add_detail(_format_number(number), f"{number.runs} runs" if number.left_out else "")
+            if number
+            else ""
+            for number in numbers
+        ]
+        rows.append([row["measure"], row["when"], *cells])
+    return tabulate("All numbers of the assays", ("Quantity", "Time, or agents"), conditions, rows)
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:

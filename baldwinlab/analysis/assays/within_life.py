@@ -18,13 +18,16 @@ from baldwinlab.analysis.assays.evaluation import (
 )
 from baldwinlab.analysis.assays.panels import (
     NEWBORN_STYLES,
-    draw_curve,
-    label_rows,
-    list_handles,
-    make_grid,
-    start_at_zero,
+    draw_medians,
+    make_blocks_of_conditions,
 )
 from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, Stored, parse_generation
+from baldwinlab.analysis.figures.curves import (
+    draw_legend_of_panels,
+    draw_line,
+    label_blocks,
+    start_at_zero,
+)
 from baldwinlab.analysis.figures.style import SeriesStyle, styled
 from baldwinlab.experiment.toml import from_toml
 
@@ -72,24 +75,24 @@ def draw_within_life(stored: Stored, names: Sequence[str], unit: str) -> Figure:
 
     `unit`: label of fitness. Not used. The figure has two panels per condition.
     """
-    figure, grid = make_grid(stored, names, rows=2, height=2.3)
+    figure, grid = make_blocks_of_conditions(stored, names, 2, 2.3)
     for (top, bottom), name in zip(grid, names, strict=True):
         data = stored[name]
         n_steps = count_steps(data)
         for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
             selected = data.sel(newborns=newborns)
             meal_rate = _compute_meal_rate(selected["eaten_in_window"].mean("agent"), n_steps)
-            draw_curve(top, meal_rate, style, newborns, "window")
+            draw_medians(top, meal_rate, style, newborns, "window")
             _draw_first_meals(bottom, selected["first_meal"].values.ravel(), n_steps, style)
         start_at_zero(top)
         bottom.set(ylim=(0, 1.03), xlabel="step of the lifetime")
         top.set_xlim(0, n_steps)
-    label_rows(
+    label_blocks(
         grid,
         f"items eaten by an\nagent in {RATE_STEPS} steps",
         "share of agents with\na first meal",
     )
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    draw_legend_of_panels(figure, grid[:, 0], 4)
     return figure
 
 
@@ -101,13 +104,8 @@ def _draw_first_meals(
     times = np.sort(first_meals[np.isfinite(first_meals)])
     shares = np.arange(1, times.size + 1) / first_meals.size
     final_share = times.size / first_meals.size
-    axes.step(
-        [0, *times, n_steps],
-        [0, *shares, final_share],
-        where="post",
-        color=style.color,
-        ls=style.line,
-    )
+    steps = [0, *times, n_steps]
+    draw_line(axes, steps, [0, *shares, final_share], style, is_stepped=True)
 
 
 def _sort_newborns(data: xr.Dataset) -> list[str]:

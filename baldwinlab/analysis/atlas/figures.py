@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from math import ceil
 from textwrap import fill
 from typing import Final, NamedTuple
 
@@ -12,22 +11,19 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.tables import format_label
-from baldwinlab.analysis.figures.style import (
-    BLACK,
-    FIGURE_WIDTH,
-    GRAY,
-    styled,
-)
+from baldwinlab.analysis.figures.cells import draw_cells, label_cells
+from baldwinlab.analysis.figures.curves import make_panels
+from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
 
 # Range of the color of A. Values below 0 have the color of 0: the distance has grown.
 SHARE_RANGE: Final = (0.0, 1.0)
-COLORMAP: Final = "cividis"
-# Share of the range above which text is black.
-LIGHT_SHARE: Final = 0.55
+LAW_STYLE: Final = EstimateStyle(BLUE, size=3, width=0.8)
 PANEL_WIDTH: Final = 3.4
 PANEL_HEIGHT: Final = 2.7
 MAX_LABEL: Final = 44
@@ -81,14 +77,13 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
     panels = figure.subplots(1, len(pairs), squeeze=False)[0]
     for axes, (row, column) in zip(panels, pairs, strict=True):
         other_axes = [dim for dim in values.dims if dim not in (row, column)]
-        _draw_cells(axes, values.mean(other_axes).transpose(row, column), outcome)
+        image = _draw_cells(axes, values.mean(other_axes).transpose(row, column), outcome)
         if prediction is not None and {row, column} & set(prediction.dims):
             averaged = prediction.mean([dim for dim in other_axes if dim in prediction.dims])
             _draw_contours(
                 axes, averaged.broadcast_like(values.mean(other_axes)).transpose(row, column)
             )
         axes.set(xlabel=_shorten(axes_labels[column]), ylabel=_shorten(axes_labels[row]))
-    image = panels[0].images[0]
     figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)
     return figure
 
@@ -105,32 +100,19 @@ def _shorten(label: str) -> str:
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
 
 
-def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> None:
+def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> AxesImage:
     """Draw the values as colored cells with numbers."""
-    axes.imshow(
-        cells.values,
-        cmap=COLORMAP,
-        vmin=outcome.low,
-        vmax=outcome.high,
-        aspect="auto",
-        origin="lower",
-    )
-    axes.grid(visible=False)
-    for axis, dim in ((axes.yaxis, cells.dims[0]), (axes.xaxis, cells.dims[1])):
-        labels = [format_label(value) for value in cells[dim].values.tolist()]
-        axis.set_ticks(range(len(labels)), labels)
-    for (row, column), value in np.ndenumerate(cells.values):
-        text = f"{value:.2f}" if np.isfinite(value) else "–"
-        color = BLACK if is_light(outcome.scale(value)) else "white"
-        axes.text(column, row, text, ha="center", va="center", color=color)
+    texts = np.vectorize(format_cell)(cells.values)
+    limits = (outcome.low, outcome.high)
+    image = draw_cells(axes, cells.values, texts, limits=limits, is_upward=True)
+    rows, columns = (map(format_label, cells[dim].values.tolist()) for dim in cells.dims)
+    label_cells(axes, list(rows), list(columns))
+    return image
 
 
-def is_light(share: float) -> bool:
-    """Return whether text on a color must be black. A missing value has no color.
-
-    `share`: position in the range of the colors, 0 to 1, or NaN.
-    """
-    return not np.isfinite(share) or share > LIGHT_SHARE
+def format_cell(value: float) -> str:
+    """Return the outcome of a cell, or a dash if it is undefined."""
+    return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
 def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
@@ -149,24 +131,17 @@ def draw_laws(points: Sequence[LawPoints]) -> Figure:
     `points`: one entry per map with a law. The figure has a square panel per map, with the line of
     equality.
     """
-    n_rows = max(1, ceil(len(points) / LAW_COLUMNS))
-    figure = Figure((FIGURE_WIDTH, LAW_HEIGHT * n_rows))
-    panels = figure.subplots(n_rows, LAW_COLUMNS, squeeze=False).ravel()
-    for axes, group in zip(panels, points, strict=False):
+    figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
+    for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)
-    for axes in panels[len(points) :]:
-        axes.set_axis_off()
     return figure
 
 
 def _draw_law(axes: Axes, group: LawPoints) -> None:
-    measured = np.array(group.measured)
-    errors = np.abs(np.array([group.low, group.high]) - measured)
     top = 1.08 * np.nanmax([*group.predicted, *group.measured, *group.high])
     axes.plot([0, top], [0, top], color=GRAY, lw=1)
-    axes.errorbar(
-        group.predicted, measured, yerr=np.nan_to_num(errors), fmt="o", color=BLUE, ms=3, lw=0.8
-    )
+    measured = (group.measured, group.low, group.high)
+    draw_estimates(axes, group.predicted, measured, LAW_STYLE)
     limits = (-0.04 * top, top)
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.locator_params(nbins=3)

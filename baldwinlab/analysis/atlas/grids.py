@@ -12,17 +12,19 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from markupsafe import Markup
 from matplotlib import colormaps
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 
-from baldwinlab.analysis.atlas.figures import COLORMAP, choose_outcome, is_light
+from baldwinlab.analysis.atlas.figures import choose_outcome, format_cell
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
 from baldwinlab.analysis.atlas.tables import describe_settings, format_label, list_cells
-from baldwinlab.analysis.palette import PALE
+from baldwinlab.analysis.figures.cells import CIVIDIS
+from baldwinlab.analysis.palette import PALE, choose_text_color
+from baldwinlab.analysis.report.tables import Table
 
-UNDEFINED_TEXT: Final = "–"
 LETTERS: Final = {
     "assimilation": "A",
     "innate_response": "I",
@@ -60,11 +62,11 @@ def describe_cells(
                 "id": f"{name}-{number:04d}",
                 "caption": describe_settings(cell, labels),
                 "settings": cell,
-                "value": _format(value),
+                "value": format_cell(value),
                 "color": _choose_color(shown.scale(value)),
-                "text_color": "black" if is_light(shown.scale(value)) else "white",
-                "residual": _format(float(measured.sel(cell))) if measured is not None else "",
-                "law": _format(float(predicted.sel(cell))) if predicted is not None else "",
+                "text_color": choose_text_color(to_rgb(_choose_color(shown.scale(value)))),
+                "residual": format_cell(float(measured.sel(cell))) if measured is not None else "",
+                "law": format_cell(float(predicted.sel(cell))) if predicted is not None else "",
                 "outcomes": {
                     LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
                 },
@@ -74,39 +76,52 @@ def describe_cells(
     return described
 
 
-def _format(value: float) -> str:
-    return f"{value:.2f}" if np.isfinite(value) else UNDEFINED_TEXT
-
-
 def _choose_color(share: float) -> str:
     if not np.isfinite(share):
         return PALE
-    return to_hex(colormaps[COLORMAP](np.clip(share, 0, 1)))
+    return to_hex(colormaps[CIVIDIS](np.clip(share, 0, 1)))
 
 
 def arrange_grids(
-    outcomes: xr.Dataset, labels: Mapping[str, str], cells: Sequence[Mapping[str, Any]]
-) -> Iterator[dict[str, Any]]:
+    title: str,
+    outcomes: xr.Dataset,
+    labels: Mapping[str, str],
+    cells: Sequence[Mapping[str, Any]],
+) -> Iterator[Table]:
     """Yield a grid of the first two axes for each combination of the other axes."""
     rows, columns, *other_axes = outcomes.attrs["fields"]
-    by_settings = {tuple(cell["settings"].items()): cell for cell in cells}
+    letter = name_letter(outcomes)
+    by_settings = {tuple(cell["settings"].items()): _link(cell, letter) for cell in cells}
+    column_values = outcomes[columns].values.tolist()
+    headings = dict.fromkeys(map(format_label, column_values), "right")
+    corner = f"{labels[rows]} \\ {labels[columns]}"
     for fixed in product(*(outcomes[field].values.tolist() for field in other_axes)):
         other_settings = dict(zip(other_axes, fixed, strict=True))
-        yield {
-            "caption": describe_settings(other_settings, labels),
-            "columns": [format_label(value) for value in outcomes[columns].values.tolist()],
-            "rows": [
-                {
-                    "value": format_label(row),
-                    "cells": [
-                        # The order of the fields is that of the settings of a cell.
-                        by_settings[tuple({rows: row, columns: column, **other_settings}.items())]
-                        for column in outcomes[columns].values.tolist()
-                    ],
-                }
-                for row in outcomes[rows].values.tolist()
-            ],
-        }
+        groups = []
+        for row in outcomes[rows].values.tolist():
+            # The order of the fields is that of the settings of a cell.
+            keys = [{rows: row, columns: column, **other_settings} for column in column_values]
+            links = [by_settings[tuple(settings.items())] for settings in keys]
+            groups.append((format_label(row), [links]))
+        caption = describe_settings(other_settings, labels)
+        label = f"{title} {caption}".rstrip()
+        yield Table(label, {corner: "", **headings}, groups, "numbers cells", caption)
+
+
+def name_letter(outcomes: xr.Dataset) -> str:
+    """Return the letter of the outcome that the cells of a map show."""
+    return LETTERS[choose_outcome(outcomes).name]
+
+
+def _link(cell: Mapping[str, Any], letter: str) -> Markup:
+    """Return the value of a cell, in its color, with a link to its curves."""
+    law = Markup("<br><small>{} | {}</small>").format(cell["residual"], cell["law"])
+    return Markup(
+        '<a href="#{}" style="background:{};color:{}" aria-label="{}: {} = {}">{}{}</a>'
+    ).format(
+        *(cell[key] for key in ("id", "color", "text_color", "caption")),
+        *(letter, cell["value"], cell["value"], law if cell["law"] else ""),
+    )
 
 
 class CurvePanel(NamedTuple):

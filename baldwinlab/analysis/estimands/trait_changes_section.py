@@ -11,12 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.panels import (
-    draw_curve,
-    label_rows,
-    list_handles,
-    make_grid,
-)
+from baldwinlab.analysis.assays.values import read_factors
 from baldwinlab.analysis.estimands.price_partition import PARTS
 from baldwinlab.analysis.estimands.trait_changes import (
     CORRELATION,
@@ -24,6 +19,12 @@ from baldwinlab.analysis.estimands.trait_changes import (
     RESIDUAL,
     TraitChanges,
     average_changes,
+)
+from baldwinlab.analysis.figures.curves import (
+    draw_curve,
+    draw_legend_of_panels,
+    label_blocks,
+    make_blocks,
 )
 from baldwinlab.analysis.figures.style import (
     BLACK,
@@ -36,9 +37,10 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.tables import Table, add_detail, tabulate
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically
 
@@ -73,9 +75,7 @@ def make_section(
     figures = _make_figures(changes, innate, drawn, numbers) if drawn else []
     body = render(
         "estimands/trait_changes.html",
-        numbers=numbers,
-        traits={name: entry.trait for name, entry in changes.items()},
-        quantities=QUANTITIES,
+        numbers=_make_table(changes, numbers) if numbers else None,
         obstacles=obstacles,
         figures=[save_and_inline(figure, directory / "figures") for figure in figures],
         omitted=list(changes)[MAX_CONDITIONS_IN_FIGURES:],
@@ -101,6 +101,25 @@ def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
         }
         rows.append(row)
     return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
+
+
+def _make_table(
+    changes: Mapping[str, TraitChanges], numbers: Mapping[str, Mapping[str, Mapping[str, Any]]]
+) -> Table:
+    headings = [add_detail(name, entry.trait) for name, entry in changes.items()]
+    rows = [
+        [quantity, *(_format_row(table[quantity]) for table in numbers.values())]
+        for quantity in QUANTITIES
+    ]
+    return tabulate("Changes of the innate trait", ["Quantity"], headings, rows)
+
+
+def _format_row(row: Mapping[str, Any]) -> str:
+    """Return a median with its interval. Most changes are small, so they have three digits."""
+    if not row["runs"]:
+        return "undefined"
+    interval = "" if np.isnan(row["low"]) else f" [{row['low']:.3g}, {row['high']:.3g}]"
+    return f"{row['median']:.3g}{interval}".replace("-", "−")
 
 
 def _make_figures(
@@ -156,13 +175,13 @@ def draw_partition(
     changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
 ) -> Figure:
     """Draw the stacked parts of the change of the mean, and the observed change."""
-    figure, grid = make_grid(innate, names, rows=1, height=2.4)
+    figure, grid = make_blocks([read_factors(innate[name]).title for name in names], 1, 2.4)
     for (axes,), name in zip(grid, names, strict=True):
         means = changes[name].values[["change", *PARTS]].mean("run")
         _stack_parts(axes, means)
         label_generations(axes)
-    label_rows(grid, "change of the mean\ntrait per generation")
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=3)
+    label_blocks(grid, "change of the mean\ntrait per generation")
+    draw_legend_of_panels(figure, grid[:, 0], 3)
     return figure
 
 
@@ -184,15 +203,16 @@ def draw_response(
     changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
 ) -> Figure:
     """Draw the predicted and the observed response, and the heritability."""
-    figure, grid = make_grid(innate, names, rows=2, height=2.0)
+    figure, grid = make_blocks([read_factors(innate[name]).title for name in names], 2, 2.0)
     for (top, bottom), name in zip(grid, names, strict=True):
         values = changes[name].values
-        draw_curve(top, values["response"], OBSERVED, "observed response")
-        draw_curve(top, values["predicted response"], PREDICTED, "predicted response")
-        draw_curve(bottom, values["heritability"], OBSERVED, "")
+        medians = {name: interval_of_median(values[name]) for name in GENETICS}
+        draw_curve(top, medians["response"], OBSERVED, "observed response")
+        draw_curve(top, medians["predicted response"], PREDICTED, "predicted response")
+        draw_curve(bottom, medians["heritability"], OBSERVED)
         label_generations(bottom)
-    label_rows(grid, "response of the\nmean trait", "heritability")
-    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=2)
+    label_blocks(grid, "response of the\nmean trait", "heritability")
+    draw_legend_of_panels(figure, grid[:, 0], 2)
     return figure
 
 
@@ -204,13 +224,10 @@ def _tabulate_generations(
     for name in names:
         for quantity in quantities:
             values = changes[name].values[quantity]
-            interval = interval_of_median(values)
-            columns = {
-                "mean": values.mean("run"),
-                "median": interval.center,
-                "low": interval.low,
-                "high": interval.high,
-            }
-            table = xr.Dataset(columns).to_dataframe().reset_index().to_dict("records")
-            rows += [{"condition": name, "quantity": quantity, **row} for row in table]
+            table = tabulate_interval(interval_of_median(values))
+            means = values.mean("run").values
+            rows += [
+                {"condition": name, "quantity": quantity, "mean": mean, **row}
+                for mean, row in zip(means.tolist(), table, strict=True)
+            ]
     return rows

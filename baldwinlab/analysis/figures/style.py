@@ -16,6 +16,7 @@ from threading import RLock
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
+import xarray as xr
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -37,6 +38,7 @@ from baldwinlab.analysis.palette import (
     SERIES_COLORS,
 )
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.experiment.factors import read_factors
 
 __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 
@@ -104,6 +106,30 @@ def choose_style(series_index: int) -> SeriesStyle:
     # The same color has another line style in each round.
     line_index = (color_index + round_index) % len(LINE_STYLES)
     return SeriesStyle(SERIES_COLORS[color_index], LINE_STYLES[line_index], MARKERS[color_index])
+
+
+class PlottedCondition(NamedTuple):
+    """A condition, its factors and its style."""
+
+    name: str
+    learner: str
+    map_name: str
+    style: SeriesStyle
+
+
+def style_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
+    """Return the conditions in the order of the study. A learner has one style on all maps."""
+    factors = read_factors(dataset)
+    learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
+    return [
+        PlottedCondition(
+            name=name,
+            learner=levels.learner,
+            map_name=levels.map,
+            style=choose_style(learners.index(levels.learner)),
+        )
+        for name, levels in factors.items()
+    ]
 
 
 def wrap_label(label: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from matplotlib.axes import Axes
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
 from baldwinlab.analysis.gallery.decisions import (
     EQUIVALENT,
@@ -30,13 +31,13 @@ PANEL_WIDTH: Final = 1.6
 # Heights of a row, and of the titles, the ticks and the legend together, in inches.
 ROW_HEIGHT: Final = 0.2
 AXES_HEIGHT: Final = 1.7
-# Edge color, marker and face color of each verdict.
-VERDICT_STYLES: Final = {
-    YES: (BLUE, "o", BLUE),
-    OPPOSITE: (VERMILION, "X", VERMILION),
-    EQUIVALENT: (GREEN, "s", GREEN),
-    UNDECIDED: (GRAY, "o", "white"),
+VERDICT_STYLES: Final[Mapping[str, EstimateStyle]] = {
+    YES: EstimateStyle(BLUE, size=5, width=1.4),
+    OPPOSITE: EstimateStyle(VERMILION, "X", size=5, width=1.4),
+    EQUIVALENT: EstimateStyle(GREEN, "s", size=5, width=1.4),
+    UNDECIDED: EstimateStyle(GRAY, face="white", size=5, width=1.4),
 }
+MEAN_STYLE: Final = EstimateStyle(BLACK, "D", "white", size=6, width=2.4)
 MEAN_LABEL: Final = "mean of papers"
 
 
@@ -101,25 +102,20 @@ def _draw_measurement(
     scale = summary.scale(decision)
     bound = scale * decision.estimate.equivalence_bound
     axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
-    edge, marker, face = VERDICT_STYLES[measurement.verdict]
-    interval = [scale * measurement.low, scale * measurement.high]
-    axes.plot(interval, [row, row], color=edge, lw=1.4, solid_capstyle="butt")
-    axes.plot([scale * measurement.effect], [row], marker=marker, ms=5, mec=edge, mfc=face)
+    numbers = [scale * value for value in (measurement.effect, measurement.low, measurement.high)]
+    draw_estimates(axes, row, numbers, VERDICT_STYLES[measurement.verdict], is_horizontal=True)
 
 
 def _draw_mean(axes: Axes, row: float, mean: RandomEffects) -> None:
     """Draw the mean of the papers: prediction interval, interval and mean."""
     prediction = [mean.prediction_low, mean.prediction_high]
     axes.plot(prediction, [row, row], color=BLACK, lw=0.8)
-    axes.plot([mean.low, mean.high], [row, row], color=BLACK, lw=2.4, solid_capstyle="butt")
-    axes.plot([mean.mean], [row], marker="D", ms=6, mec=BLACK, mfc="white")
+    numbers = (mean.mean, mean.low, mean.high)
+    draw_estimates(axes, row, numbers, MEAN_STYLE, is_horizontal=True)
 
 
 def _make_legend_handles() -> list[Line2D | Patch]:
-    verdicts: list[Line2D | Patch] = [
-        Line2D([], [], color=edge, marker=marker, mec=edge, mfc=face, ms=5, label=verdict)
-        for verdict, (edge, marker, face) in VERDICT_STYLES.items()
-    ]
-    label = f"{MEAN_LABEL}: 95 % interval, prediction interval"
-    mean = Line2D([], [], color=BLACK, marker="D", mec=BLACK, mfc="white", ms=6, label=label)
-    return [*verdicts, mean, Patch(color=PALE, label="within the equivalence bound")]
+    mean = f"{MEAN_LABEL}: 95 % interval, prediction interval"
+    styles: dict[str, EstimateStyle] = {**VERDICT_STYLES, mean: MEAN_STYLE}
+    lines = [Line2D([], [], **style.marks, label=label) for label, style in styles.items()]
+    return [*lines, Patch(color=PALE, label="within the equivalence bound")]

@@ -16,6 +16,7 @@ import numpy as np
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
 from baldwinlab.analysis.gallery.decisions import VERDICTS, YES, Decision, Measurement
+from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, tabulate
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
 TITLES: Final[Mapping[str, str]] = {
@@ -183,6 +184,54 @@ def format_effect(number: float) -> str:
         return "–"
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
     return text.replace("-", "−")
+
+
+def tabulate_verdicts(summaries: Sequence[QuestionSummary]) -> Table:
+    """Return the numbers of systems and of papers by question and verdict."""
+    verdicts = (*VERDICTS, MIXED)
+    groups = [
+        (
+            summary.question,
+            [
+                ["systems", *(summary.systems[verdict] for verdict in VERDICTS), "–"],
+                ["papers", *(summary.papers[verdict] for verdict in verdicts)],
+            ],
+        )
+        for summary in summaries
+    ]
+    columns = {"Question": "", "Counted": "", **dict.fromkeys(verdicts, "right")}
+    return Table("Verdicts by system and by paper", columns, groups)
+
+
+def tabulate_measurements(summary: QuestionSummary) -> Table:
+    """Return the measured decisions on a question."""
+    rows = []
+    for decision, measurement in summary.measurements:
+        estimate, hurdle = decision.estimate, measurement.hurdle
+        unit = "" if estimate.unit == DIMENSIONLESS else f", {estimate.unit}"
+        interval = f"[{format_effect(measurement.low)}, {format_effect(measurement.high)}]"
+        size = f"{format_effect(hurdle.size)} in these" if hurdle.is_bimodal else ""
+        rows.append(
+            [
+                add_detail(": ".join(decision.system), f"{estimate.trait}{unit}"),
+                show_verdict(measurement),
+                add_detail(format_effect(measurement.effect), interval),
+                f"±{estimate.equivalence_bound:.2g}",
+                f"{measurement.q:.2g}",
+                f"{measurement.stability:.2f}",
+                measurement.runs,
+                measurement.required_runs or "–",
+                add_detail(f"{hurdle.takeoffs} of {hurdle.runs}", size),
+            ]
+        )
+    headings = [
+        *("Verdict", "Effect [95 % interval]", "Bound", "q", "Stability"),
+        *("Runs", "Runs needed", "Runs above the bound"),
+    ]
+    system = add_detail("System", "trait and unit of the effect")
+    table = tabulate(summary.title, [system], headings, rows)
+    columns = {**dict.fromkeys(table.columns, "plain right"), system: "", "Verdict": ""}
+    return table._replace(columns=columns, style="numbers claims")
 
 
 def _count(number: int, noun: str) -> str:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
+from math import nan
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, styled
+from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.multiverse import analysis
-from baldwinlab.analysis.multiverse.analysis import Share, compute_shares
+from baldwinlab.analysis.multiverse.analysis import compute_shares
 from baldwinlab.analysis.multiverse.records import Multiverse, Outcome, VariantResult
 from baldwinlab.analysis.multiverse.sentences import (
     VERDICT_PHRASES,
@@ -26,13 +28,11 @@ from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed, join_names
+from baldwinlab.analysis.report.tables import Table, tabulate
+from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, join_names
 from baldwinlab.analysis.statistics.rules import HOLDS, NOT_EVALUATED, VERDICT_MARKS, Verdict
 from baldwinlab.papers import load
 
-WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
-# Smallest share with white text, which is easier to read than black text on dark cells.
-MIN_SHARE_FOR_WHITE_TEXT: Final = 0.9
 # Heights of a row, and of the headings and margins without and with a legend, in inches.
 ROW_HEIGHT: Final = 0.27
 HEADINGS_HEIGHT: Final = 0.6
@@ -67,7 +67,7 @@ def make_section(
         figures=[save_and_inline(figure, folder) for figure in _draw_figures(multiverse)],
         claims=multiverse.claims,
         paper_effects=paper_effects,
-        rows=[_make_row(variant, list(paper_effects)) for variant in singles.variants],
+        distances=_tabulate_distances(singles.variants, paper_effects),
     )
     return Section(
         anchor="variants",
@@ -116,27 +116,33 @@ def compose_lead(multiverse: Multiverse) -> str:
     )
 
 
-def _make_row(variant: VariantResult, claims: Sequence[str]) -> dict[str, Any]:
-    verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
-    distance = "–" if variant.distance is None else format_number(variant.distance)
-    return {
-        "name": variant.name,
-        "description": variant.description,
-        "counts": [verdicts.count(verdict) for verdict in VERDICT_PHRASES],
-        "effects": [_format_effect(variant, claim) for claim in claims],
-        "distance": distance,
-    }
+def _tabulate_distances(
+    variants: Sequence[VariantResult], paper_effects: Mapping[str, float]
+) -> Table:
+    """Return the verdicts of each variant, its effects, and its distance from the paper."""
+    rows = []
+    for variant in variants:
+        verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
+        rows.append(
+            [
+                variant.name,
+                variant.description,
+                *(verdicts.count(verdict) for verdict in VERDICT_PHRASES),
+                *(_format_effect(variant.outcomes[claim]) for claim in paper_effects),
+                "–" if variant.distance is None else format_number(variant.distance),
+            ]
+        )
+    effects = [f"{claim}, paper {effect:+g}" for claim, effect in paper_effects.items()]
+    numbers = ("Hold", "Undecided", "Do not hold", *effects, "Distance")
+    label = "Distance of each variant from the paper"
+    return tabulate(label, ("Variant", "Change"), numbers, rows)
 
 
-def _format_effect(variant: VariantResult, claim: str) -> str:
-    outcome = variant.outcomes[claim]
+def _format_effect(outcome: Outcome) -> str:
     if outcome.effect is None:
         return "–"
-    effect = format_signed(outcome.effect)
-    if not outcome.interval:
-        return effect
-    low, high = outcome.interval
-    return f"{effect} [{format_number(low)}, {format_number(high)}]"
+    sign = "+" if outcome.effect > 0 else ""
+    return f"{sign}{format_estimate(outcome.effect, *(outcome.interval or (nan, nan)))}"
 
 
 def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:
@@ -199,19 +205,21 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     variants = multiverse.singles.variants
     claims = [claim.id for claim in multiverse.claims]
     figure = Figure((FIGURE_WIDTH, HEADINGS_AND_LEGEND_HEIGHT + ROW_HEIGHT * len(variants)))
-    axes = _make_table_axes(figure, [_label_variant(variant) for variant in variants], claims)
-    for row, variant in enumerate(variants):
-        for column, claim in enumerate(claims):
-            outcome = variant.outcomes[claim]
-            # Shares of the width of the table.
-            left = column / len(claims)
-            right = (column + 1) / len(claims)
-            color = VERDICT_COLORS[outcome.verdict]
-            axes.axhspan(row - 0.5, row + 0.5, left, right, color=color, lw=0)
-            axes.text(column, row, _format_outcome(outcome), ha="center", va="center")
+    axes = figure.subplots()
+    outcomes = [[variant.outcomes[claim] for claim in claims] for variant in variants]
+    # The color of a cell is that of its verdict.
+    verdicts = list(VERDICT_COLORS)
+    draw_cells(
+        axes,
+        np.array([[verdicts.index(outcome.verdict) for outcome in row] for row in outcomes], float),
+        [[_format_outcome(outcome) for outcome in row] for row in outcomes],
+        ListedColormap([VERDICT_COLORS[verdict] for verdict in verdicts]),
+        (0, len(verdicts) - 1),
+    )
+    _label_claims(axes, [_label_variant(variant) for variant in variants], claims)
     choices = [min(variant.choices, default="") for variant in variants]
     _draw_cell_borders(axes, len(claims), choices)
-    drawn_verdicts = {variant.outcomes[claim].verdict for variant in variants for claim in claims}
+    drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
     legend_handles = [
         Patch(facecolor=VERDICT_COLORS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
         for verdict, mark in VERDICT_MARKS.items()
@@ -251,34 +259,25 @@ def draw_shares(multiverse: Multiverse) -> Figure:
     rows = list(dict.fromkeys((share.choice, share.alternative) for share in shares))
     table = {(share.choice, share.alternative, share.claim): share for share in shares}
     figure = Figure((FIGURE_WIDTH, HEADINGS_HEIGHT + ROW_HEIGHT * len(rows)))
-    axes = _make_table_axes(
-        figure, [f"{alternative}  {choice}" for choice, alternative in rows], claims
+    axes = figure.subplots()
+    cells = [[table[(*row, claim)].share for claim in claims] for row in rows]
+    draw_cells(
+        axes,
+        np.array([[share or 0.0 for share in row] for row in cells]),
+        [["–" if share is None else f"{share:.0%}" for share in row] for row in cells],
+        WHITE_TO_BLUE,
     )
-    values = np.array([[table[(*row, claim)].share or 0.0 for claim in claims] for row in rows])
-    axes.imshow(values, WHITE_TO_BLUE, vmin=0, vmax=1, aspect="auto")
-    for row, key in enumerate(rows):
-        for column, claim in enumerate(claims):
-            _write_share(axes, column, row, table[(*key, claim)])
+    _label_claims(axes, [f"{alternative}  {choice}" for choice, alternative in rows], claims)
     _draw_cell_borders(axes, len(claims), [choice for choice, _ in rows])
     return figure
 
 
-def _write_share(axes: Axes, column: int, row: int, share: Share) -> None:
-    text = "–" if share.share is None else f"{share.share:.0%}"
-    color = "white" if (share.share or 0) >= MIN_SHARE_FOR_WHITE_TEXT else "black"
-    axes.text(column, row, text, ha="center", va="center", color=color)
-
-
-def _make_table_axes(figure: Figure, row_labels: list[str], column_labels: list[str]) -> Axes:
-    axes = figure.subplots()
-    axes.grid(visible=False)
-    axes.set_xlim(-0.5, len(column_labels) - 0.5)
-    axes.set_ylim(len(row_labels) - 0.5, -0.5)
-    axes.set_xticks(range(len(column_labels)), column_labels, fontweight="bold")
-    axes.set_yticks(range(len(row_labels)), row_labels)
-    axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False, length=0)
-    axes.spines[:].set_visible(False)
-    return axes
+def _label_claims(axes: Axes, rows: list[str], claims: list[str]) -> None:
+    """Label rows, and claims above their columns."""
+    label_cells(axes, rows, claims)
+    axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False)
+    for label in axes.get_xticklabels():
+        label.set_fontweight("bold")
 
 
 def _draw_cell_borders(axes: Axes, n_columns: int, choices: list[str]) -> None:

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.report.replays import StoredLife, find_typical_lives
@@ -20,7 +19,9 @@ from baldwinlab.papers import Paper
 
 Experiments = Mapping[str, Experiment]
 # Appearances of MiniWorld conditions whose parts are installed.
-Appearances = Mapping[str, figures.Appearance]
+Appearances = Mapping[str, Mapping[str, Any]]
+# Largest number of generations in the figure of emergence.
+MAX_EMERGENCE_PANELS: Final = 6
 
 
 @dataclass(frozen=True)
@@ -51,3 +52,20 @@ class ReportData:
     def lives(self) -> dict[str, StoredLife]:
         """A typical lifetime of each condition."""
         return find_typical_lives(self.data)
+
+
+def emergence_generations(generations: int) -> list[int]:
+    """Return the generations that the figure of emergence shows.
+
+    Foraging emerges early, so the interval between generations grows geometrically: of 100
+    generations, the figure shows 0, 1, 3, 10, 31 and 99.
+
+    Returns at most six generations, with the first and the last.
+    """
+    if generations <= MAX_EMERGENCE_PANELS:
+        return list(range(generations))
+    last_generation = generations - 1
+    # The generations have equal distances on a logarithmic axis. Generation 0 is added.
+    n_intervals = MAX_EMERGENCE_PANELS - 2
+    exponents = [interval_index / n_intervals for interval_index in range(n_intervals + 1)]
+    return sorted({0, *(round(last_generation**exponent) for exponent in exponents)})

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from matplotlib.figure import Figure as Drawing
 
-from baldwinlab.analysis import figures
+from baldwinlab.analysis.figures.style import save_figure
 from baldwinlab.analysis.report.replays import Link
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.core.file_writing import write_atomically
@@ -23,7 +23,6 @@ BROAD_WIDTH: Final = 9.0
 class ReportFigure(NamedTuple):
     """A figure with its caption and its data."""
 
-    name: str
     title: str
     caption: str
     # Alternative text for screen readers.
@@ -35,11 +34,14 @@ class ReportFigure(NamedTuple):
     commands: Sequence[str] = ()
     # Lifetimes that the figure shows or summarizes.
     links: Sequence[Link] = ()
+    # Name of the files. The registry of the figures of a report sets it.
+    name: str = ""
+    is_setup: bool = False  # Whether the figure describes the model.
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
     """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it."""
-    saved = figures.save_figure(figure.figure, folder, figure.name)
+    saved = save_figure(figure.figure, folder, figure.name)
     files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
     if figure.table:
         files["CSV"] = f"{figure.name}.csv"
@@ -47,6 +49,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
         write_atomically(folder / files["CSV"], to_csv(list(columns), figure.table))
     return {
         "name": figure.name,
+        "is_setup": figure.is_setup,
         "title": figure.title,
         "caption": figure.caption,
         "alternative": figure.alternative,

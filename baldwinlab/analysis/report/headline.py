@@ -51,7 +51,7 @@ def compose_headline(report: ReportData) -> Headline:
     return Headline(
         question=_compose_question(report),
         answer=answer,
-        effect=format_effect(contrast) if contrast else "",
+        effect=format_effect(contrast.numbers) if contrast else "",
         test=format_test(contrast) if contrast else "",
         watch=make_link(lives) if lives else None,
         commands=[format_replay_command(life) for life in lives],

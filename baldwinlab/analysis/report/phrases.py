@@ -25,12 +25,6 @@ def name_measures(outcome: str) -> dict[str, str]:
     return names | {"most": "highest fitness of any agent"}
 
 
-def format_effect(finding: Finding) -> str:
-    """Return the difference with its sign, or the value without sign for a single sample."""
-    value = finding.numbers.effect
-    return format_signed(value) if finding.comparison.b else format_number(value)
-
-
 def name_measure(finding: Finding) -> str:
     """Return the name of the measure of a finding."""
     return finding.meaning or MEASURE_NAMES[finding.comparison.measure]

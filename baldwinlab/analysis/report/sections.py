@@ -13,7 +13,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
-from baldwinlab.analysis.report import content, phrases
+from baldwinlab.analysis.report import content, phrases, tables
 from baldwinlab.analysis.statistics import contrast_table, numbers
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
@@ -26,15 +26,13 @@ CONTENTS_PLACEHOLDER: Final = "<!-- contents -->"
 WATCH_PLACEHOLDER: Final = "<!-- watch -->"
 TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": numbers.format_number,
-    "signed": numbers.format_signed,
     "p_value": numbers.format_p_value,
-    "interval": numbers.format_interval,
-    "effect": phrases.format_effect,
-    "measure_name": phrases.name_measure,
+    "effect": contrast_table.format_effect,
     "comparison": phrases.describe_comparison,
     "finding": phrases.describe_finding,
-    "distance": phrases.describe_distance,
-    "cells": contrast_table.list_cells,
+    "badge": tables.badge,
+    "verdict": tables.show_verdict,
+    "contrasts_table": tables.tabulate_contrasts,
     "summary": contrast_table.summarize_contrasts,
     "method": contrast_table.describe_method,
     "weakest": content.find_weakest_findings,
@@ -82,8 +80,7 @@ def _make_environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= TEMPLATE_FILTERS
-    environment.globals |= {"measures": phrases.MEASURE_NAMES, "colours": palette.report_css()}
-    environment.globals["contrast_headings"] = contrast_table.HEADINGS
+    environment.globals["colours"] = palette.report_css()
     return environment
 
 

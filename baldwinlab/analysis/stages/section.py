@@ -14,25 +14,29 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.figures.curves import make_panels
+from baldwinlab.analysis.figures.strips import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import (
     BLUE,
     DARK_GRAY,
     FIGURE_WIDTH,
     GRAY,
     ORANGE,
-    spread_points,
     styled,
 )
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import ReportSummary, Section, render
+from baldwinlab.analysis.report.tables import Table, badge, tabulate
 from baldwinlab.analysis.stages.noise_comparison import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
+    ControlEffect,
     NoiseComparison,
 )
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
+from baldwinlab.analysis.statistics.contrast_table import format_effect
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, format_p_value
 from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.core.file_writing import write_atomically, write_json
@@ -43,8 +47,8 @@ CURVE_TITLE: Final = "Specification curve"
 # Height of a row, and of the title and the axis of a panel, in inches.
 ROW_HEIGHT: Final = 0.2
 AXIS_HEIGHT: Final = 0.75
-# Share of a row that points cover.
-POINT_SPREAD: Final = 0.6
+# Size of a point. A row has up to hundreds of them.
+POINT_SIZE: Final = 2.0
 # Values up to this number of items are on a linear scale, and larger ones on a logarithmic scale.
 LINEAR_LIMIT: Final = 1.0
 TICKS: Final = (-1000, -100, -10, 0, 10, 100, 1000)
@@ -77,17 +81,58 @@ class StagedResults:
 def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
     """Make the sentences and the tables at the top of a report, and write their data."""
     _write_records(results, directory)
-    tables = {
-        map_name: [row for row in results.rows if row.map == map_name] for map_name in results.maps
-    }
     table = render(
         "stages/comparison.html",
-        tables=tables,
-        kinds=[kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)],
+        tables={map_name: _tabulate_learners(results, map_name) for map_name in results.maps},
         noise_controls=results.noise_controls,
         takeoff=TAKEOFF_FITNESS,
     )
     return ReportSummary([*compose_sentences(results)], table)
+
+
+def _tabulate_learners(results: StagedResults, map_name: str) -> Table:
+    """Return the learners on a map, with their noise control and their matched controls."""
+    kinds = [kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)]
+    rows = [
+        [
+            row.learner,
+            row.setting or "–",
+            format_estimate(row.median, row.low, row.high),
+            f"{row.hurdle.takeoffs} of {row.hurdle.runs}",
+            *_format_control(row.noise),
+            badge(row.verdict) if row.verdict else "–",
+            *(cell for kind in kinds for cell in _format_control(row.matched.get(kind))),
+        ]
+        for row in results.rows
+        if row.map == map_name
+    ]
+    headings = [
+        *("Tuned setting", "Items, unseen maps", "Take-off"),
+        *("Against the best noise control", "q, noise", "Verdict"),
+        *(text for kind in kinds for text in (f"Against its {kind} control", f"q, {kind}")),
+    ]
+    label = f"Learning rules, map {map_name}" if map_name else "Learning rules"
+    table = tabulate(label, ["Condition"], headings, rows)
+    return table._replace(columns=dict.fromkeys(table.columns, "plain"), style="numbers claims")
+
+
+def _format_control(effect: ControlEffect | None) -> tuple[str, str]:
+    """Return the difference from a control, and its q-value."""
+    return (format_effect(effect.numbers), format_p_value(effect.q)) if effect else ("–", "–")
+
+
+def _tabulate_ranks(curve: SpecificationResults) -> Table:
+    rows = [
+        [
+            row.learner,
+            format_number(row.median_rank),
+            f"{format_number(row.ranks.min())} to {format_number(row.ranks.max())}",
+            f"{100 * row.share_above_noise:.0f} %",
+        ]
+        for row in curve.learners
+    ]
+    numbers = ("Median rank", "Range of ranks", "Specifications above the best noise control")
+    return tabulate(CURVE_TITLE, ["Condition"], numbers, rows)
 
 
 def compose_sentences(results: StagedResults) -> Iterator[str]:
@@ -175,7 +220,13 @@ def make_section(results: StagedResults, directory: Path) -> Section:
             table=[row.record() for row in curve.learners],
         )
         figures.append(save_and_inline(curve_figure, folder))
-    body = render("stages/section.html", results=results, curve=curve, figures=figures)
+    body = render(
+        "stages/section.html",
+        results=results,
+        curve=curve,
+        ranks=_tabulate_ranks(curve) if curve else None,
+        figures=figures,
+    )
     return Section("confirmation", "Confirmation", body)
 
 
@@ -210,14 +261,9 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
     that take off.
     """
     maps = list(dict.fromkeys(row.map for row in rows))
-    n_columns = min(N_COLUMNS, len(maps))
-    n_lines = -(-len(maps) // n_columns)
     n_learners = max(sum(row.map == name for row in rows) for name in maps)
-    height = n_lines * (AXIS_HEIGHT + ROW_HEIGHT * n_learners)
-    figure = Figure((FIGURE_WIDTH, height))
-    grid = figure.subplots(n_lines, n_columns, sharey=True, squeeze=False)
-    for axes in grid.flat[len(maps) :]:
-        axes.set_visible(False)
+    panel_height = AXIS_HEIGHT + ROW_HEIGHT * n_learners
+    figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
         axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
@@ -227,10 +273,8 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
 
 def _draw_map(axes: Axes, rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) -> None:
     for position, row in enumerate(rows):
-        color = ORANGE if row.learner in noise_controls else BLUE
-        heights = position + POINT_SPREAD * spread_points(row.values.size)
-        axes.plot(row.values, heights, ".", color=color, ms=3, alpha=0.6, mew=0)
-        axes.plot([row.median] * 2, [position - 0.4, position + 0.4], color="black", lw=1.5)
+        color = _choose_color(row.learner, noise_controls)
+        draw_strip(axes, position, row.values, color, POINT_SIZE)
         axes.annotate(
             f"{row.hurdle.takeoffs}/{row.hurdle.runs}",
             (1, position),
@@ -241,8 +285,11 @@ def _draw_map(axes: Axes, rows: Sequence[NoiseComparison], noise_controls: Seque
             fontsize=8,
             color=DARK_GRAY,
         )
-    axes.set_yticks(range(len(rows)), [row.learner for row in rows])
-    axes.set_ylim(len(rows) - 0.5, -0.5)
+    label_strips(axes, [row.learner for row in rows])
+
+
+def _choose_color(learner: str, noise_controls: Sequence[str]) -> str:
+    return ORANGE if learner in noise_controls else BLUE
 
 
 def _scale_items(axes: Axes, values: Sample) -> None:
@@ -268,15 +315,11 @@ def draw_specifications(results: SpecificationResults, noise_controls: Sequence[
     figure = Figure((FIGURE_WIDTH, AXIS_HEIGHT + ROW_HEIGHT * n_learners))
     rank_axes, effect_axes = figure.subplots(1, 2, sharey=True)
     for position, row in enumerate(results.learners):
-        color = ORANGE if row.learner in noise_controls else BLUE
-        for axes, values in ((rank_axes, row.ranks), (effect_axes, row.effects)):
-            heights = position + POINT_SPREAD * spread_points(values.size)
-            axes.plot(values, heights, ".", color=color, ms=4, alpha=0.6, mew=0)
-            median = float(np.median(values))
-            axes.plot([median] * 2, [position - 0.4, position + 0.4], color="black", lw=1.5)
+        color = _choose_color(row.learner, noise_controls)
+        draw_strip(rank_axes, position, row.ranks, color, POINT_SIZE)
+        draw_strip(effect_axes, position, row.effects, color, POINT_SIZE)
     effect_axes.axvline(0, color=GRAY, lw=0.8)
-    rank_axes.set_yticks(range(n_learners), [row.learner for row in results.learners])
-    rank_axes.set_ylim(n_learners - 0.5, -0.5)
+    label_strips(rank_axes, [row.learner for row in results.learners])
     rank_axes.set_title("Rank", loc="left", fontweight="bold")
     rank_axes.set_xlabel("rank (1 = most items)")
     effect_axes.set_title("Difference to the best noise control", loc="left", fontweight="bold")

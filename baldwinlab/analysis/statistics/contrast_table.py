@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.numbers import (
-    format_interval,
+    format_estimate,
     format_number,
     format_p_value,
-    format_signed,
 )
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.experiment.outcome import name_outcome_of
@@ -21,17 +21,42 @@ SUMMARY_MEASURE: Final = "mean"
 AGENT_NAMES: Final = {"mean": "average agent", "best": "best agent"}
 # Largest number of conditions with a sentence of their own.
 MAX_SENTENCES: Final = 3
-# The columns of a table of comparisons, by key of `list_cells`. The first column also has the
-# cell "context".
-HEADINGS: Final[Mapping[str, str]] = {
-    "condition": "Condition",
-    "verdict": "Verdict",
+# The numbers in each table of comparisons, of conditions, claims and assays, by key of
+# `format_comparison`.
+NUMBER_HEADINGS: Final[Mapping[str, str]] = {
     "effect": "Effect [95 % interval]",
     "p": "p",
     "p_holm": "Corrected p",
     "a12": "A12",
     "runs": "Runs",
 }
+# The columns of a table of conditions, by key of `list_cells`. The first column also has the cell
+# "context".
+HEADINGS: Final[Mapping[str, str]] = {
+    "condition": "Condition",
+    "verdict": "Verdict",
+    **NUMBER_HEADINGS,
+}
+
+
+def format_comparison(numbers: Comparison | Pairs, p_holm: float) -> dict[str, str]:
+    """Return the numbers of a comparison as text, by the keys of `NUMBER_HEADINGS`.
+
+    A12 of pairs is the share of runs above 0, where a tie counts half.
+    """
+    if isinstance(numbers, Pairs):
+        a12 = (numbers.n + numbers.above - numbers.below) / (2 * numbers.n)
+        runs = f"{numbers.above} above, {numbers.below} below 0, of {numbers.n}"
+    else:
+        a12 = numbers.a12
+        runs = f"{numbers.n_a}, {numbers.n_b}" if numbers.n_b else str(numbers.n_a)
+    return {
+        "effect": format_effect(numbers),
+        "p": format_p_value(numbers.p),
+        "p_holm": format_p_value(p_holm),
+        "a12": format_number(a12),
+        "runs": runs,
+    }
 
 
 def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
@@ -43,17 +68,14 @@ def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
 
 
 def _format_cells(contrast: Contrast, has_common_reference: bool) -> dict[str, str]:
-    numbers, reference = contrast.numbers, contrast.reference
     agent = AGENT_NAMES[contrast.measure]
     return {
         "condition": contrast.condition,
-        "context": agent if has_common_reference else f"{agent}, compared with {reference}",
+        "context": agent
+        if has_common_reference
+        else f"{agent}, compared with {contrast.reference}",
         "verdict": contrast.verdict,
-        "effect": format_effect(contrast),
-        "p": format_p_value(numbers.p),
-        "p_holm": format_p_value(contrast.test.p_holm),
-        "a12": format_number(numbers.a12),
-        "runs": f"{numbers.n_a}, {numbers.n_b}",
+        **format_comparison(contrast.numbers, contrast.test.p_holm),
     }
 
 
@@ -71,7 +93,7 @@ def describe_method(contrasts: Contrasts) -> str:
 
 def describe_contrast(contrast: Contrast) -> str:
     """Return the result of a comparison as a sentence with effect, interval, p-value and runs."""
-    return f"{state_verdict(contrast)}: {format_effect(contrast)}, {format_test(contrast)}."
+    return f"{state_verdict(contrast)}: {format_effect(contrast.numbers)}, {format_test(contrast)}."
 
 
 def state_verdict(contrast: Contrast) -> str:
@@ -85,10 +107,11 @@ def state_verdict(contrast: Contrast) -> str:
     return f"It is undecided whether {condition} and {reference} differ in {outcome}"
 
 
-def format_effect(contrast: Contrast) -> str:
-    """Return the effect of a comparison with its interval, such as "+198 [171, 224]"."""
-    numbers = contrast.numbers
-    return f"{format_signed(numbers.effect)} {format_interval(numbers)}".rstrip()
+def format_effect(numbers: Comparison | Pairs) -> str:
+    """Return an effect with its interval, such as "+198 [171, 224]"; a level has no sign."""
+    is_level = isinstance(numbers, Comparison) and not numbers.n_b
+    sign = "+" if numbers.effect > 0 and not is_level else ""
+    return f"{sign}{format_estimate(numbers.effect, numbers.low, numbers.high)}"
 
 
 def format_test(contrast: Contrast) -> str:

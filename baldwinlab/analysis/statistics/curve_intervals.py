@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -61,6 +61,13 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval
     low = np.where(has_interval, _take_along_last(ordered, rank - 1), np.nan)
     high = np.where(has_interval, _take_along_last(ordered, count.values - rank), np.nan)
     return CurveInterval(values.median(over), count.copy(data=low), count.copy(data=high))
+
+
+def tabulate_interval(interval: CurveInterval, center: str = "median") -> list[dict[str, Any]]:
+    """Return the rows of a table: coordinates, the mean or the median (`center`), low and high."""
+    numbers = {center: interval.center, "low": interval.low, "high": interval.high}
+    table = xr.Dataset(numbers).reset_coords(drop=True)[list(numbers)].to_dataframe()
+    return list(table.reset_index().to_dict("records"))
 
 
 def _take_along_last(values: np.ndarray, index: np.ndarray) -> np.ndarray:

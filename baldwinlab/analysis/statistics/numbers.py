@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from baldwinlab.analysis.statistics.comparisons import Comparison
-
 
 def format_number(value: float) -> str:
     """Return about three digits of a number, or a dash if it is not finite."""
@@ -39,11 +37,10 @@ def format_p_value(p: float) -> str:
     return f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
 
 
-def format_interval(numbers: Comparison) -> str:
-    """Return the 95 % interval of the effect, or "" if it is undefined."""
-    if math.isnan(numbers.low):
-        return ""
-    return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
+def format_estimate(value: float, low: float, high: float) -> str:
+    """Return a value with its 95 % interval, such as "1.20 [1.10, 1.30]", if that is defined."""
+    interval = "" if math.isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
+    return f"{format_number(value)}{interval}"
 
 
 def join_names(names: Sequence[str]) -> str:

@@ -1,8 +1,4 @@
-"""Figures of the response of fitness to fields of a sweep: curves, and heat maps of two fields.
-
-Heat maps use the colormap cividis, which people with any color vision can read: J. R. Nuñez,
-C. R. Anderton and R. S. Renslow, PLOS ONE 13 (2018).
-"""
+"""Figures of the response of fitness to fields of a sweep: curves, and heat maps of two fields."""
 
 from __future__ import annotations
 
@@ -18,8 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
+from baldwinlab.analysis.figures.cells import draw_cells
+from baldwinlab.analysis.figures.curves import find_top
+from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import (
-    BLACK,
     BLUE,
     FIGURE_WIDTH,
     GRAY,
@@ -28,7 +26,7 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import analysis
-from baldwinlab.analysis.sweeps.analysis import Group, Response
+from baldwinlab.analysis.sweeps.analysis import Group
 
 MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that eats"}
 MAX_TICKS: Final = 8
@@ -39,8 +37,6 @@ LINE_LENGTH: Final = 26
 LONG_LINE_LENGTH: Final = 60
 # Largest number of horizontal labels of a field of texts.
 MAX_HORIZONTAL_LABELS: Final = 3
-# Share of the largest value on a heat map, above which text is black.
-MIN_SHARE_FOR_BLACK_TEXT: Final = 0.55
 # Largest numbers of columns and rows of a heat map with numbers in its cells.
 MAX_NUMBERED_COLUMNS: Final = 5
 MAX_NUMBERED_ROWS: Final = 8
@@ -95,15 +91,9 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
         row[0].set_ylabel(wrap_label(fitness.outcome(finals)))
     for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
-        top = _axis_top(axes, measure)
+        top = 1.0 if measure == "share" else find_top(axes)
         axes.set_ylim(-0.025 * top, 1.025 * top)
     return figure
-
-
-def _axis_top(axes: Axes, measure: str) -> float:
-    """Return the upper limit of an axis: 1 for shares, or if no value is above 0."""
-    has_values = axes.dataLim.y1 > 0
-    return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
 
 
 def describe_field(finals: xr.Dataset, field: str) -> str:
@@ -120,7 +110,9 @@ def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) ->
             positions = _locate_points(analysis.group_points(finals, field))
         means = finals[measure].mean("run")
         axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
-    _draw_means(axes, responses, is_joined=has_numbers)
+    centers = [response.position for response in responses]
+    estimates = np.array([response[-3:] for response in responses]).T
+    draw_estimates(axes, centers, estimates, EstimateStyle(BLUE), is_joined=has_numbers)
     if has_numbers:
         _scale_axis(axes, finals[field].values)
     else:
@@ -150,23 +142,6 @@ def _locate_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
     return positions
 
 
-def _draw_means(axes: Axes, responses: Sequence[Response], is_joined: bool) -> None:
-    positions = [response.position for response in responses]
-    axes.plot(
-        positions,
-        np.array([response.mean for response in responses]),
-        ls="-" if is_joined else "none",
-        color=BLUE,
-        lw=1.5,
-        marker="o",
-        ms=4,
-        clip_on=False,
-    )
-    low = np.array([response.low for response in responses])
-    high = np.array([response.high for response in responses])
-    axes.vlines(positions, low, high, color=BLUE, lw=1.1)
-
-
 @styled
 def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
     """Draw means over runs and all other fields by the values of two fields of a grid.
@@ -182,13 +157,11 @@ def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
         values = analysis.compute_table(finals, row, column, measure)
         is_share = measure == "share"
         top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), MIN_TOP)
-        image = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
+        image = draw_cells(axes, values, _format_cells(values), limits=(0, top), is_upward=True)
         label = "share of agents" if is_share else fitness.outcome(finals)
         figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
         axes.set_title(title, loc="left", fontweight="bold")
-        axes.grid(visible=False)
         _label_values(axes, rows, columns)
-        _write_values(axes, values, top)
     grid[0].set_ylabel(textwrap.fill(describe_field(finals, row), LINE_LENGTH))
     grid[1].set_xlabel(textwrap.fill(describe_field(finals, column), LONG_LINE_LENGTH))
     return figure
@@ -204,13 +177,15 @@ def _label_values(axes: Axes, rows: Sequence[Group], columns: Sequence[Group]) -
         axes.tick_params(axis="x", rotation=90)
 
 
-def _write_values(axes: Axes, values: npt.NDArray[np.float64], top: float) -> None:
-    """Write the number in each cell of a small map."""
+def _format_cells(values: npt.NDArray[np.float64]) -> npt.NDArray[np.str_]:
+    """Return the number of each cell of a small map, else empty texts."""
     n_rows, n_columns = values.shape
     if n_columns > MAX_NUMBERED_COLUMNS or n_rows > MAX_NUMBERED_ROWS:
-        return
-    for (row, column), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            color = BLACK if value > MIN_SHARE_FOR_BLACK_TEXT * top else "white"
-            text = f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
-            axes.text(column, row, text, ha="center", va="center", color=color)
+        return np.full(values.shape, "")
+    return np.array([[_format_cell(value) for value in row] for row in values])
+
+
+def _format_cell(value: float) -> str:
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.3g}" if value < 1000 else f"{value:,.0f}"

@@ -15,10 +15,12 @@ from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
 from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.tables import Table, tabulate
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.analysis.statistics.numbers import (
+    format_estimate,
     format_number,
     format_p_value,
     format_signed,
@@ -71,7 +73,6 @@ def make_section(
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
     shown_contrasts = contrasts if contrasts and contrasts.rows else None
-    correlations = analysis.compute_correlations(finals) if is_sampled else []
     body = render(
         "sweeps/section.html",
         overview=summarize_design(finals),
@@ -84,11 +85,9 @@ def make_section(
         has_links=bool(links),
         sampled=is_sampled,
         fields=fields,
-        responses={field: _responses_of_all_measures(finals, field) for field in fields},
-        correlations=correlations,
-        points=analysis.tabulate_points(finals),
-        format_value=analysis.format_value,
-        measures=name_measures(fitness.outcome(finals)),
+        responses={field: _tabulate_responses(finals, field) for field in fields},
+        correlations=_tabulate_correlations(finals) if is_sampled else None,
+        points=_tabulate_points(finals),
         provenance=provenance,
         timing=content.format_timing(provenance),
     )
@@ -120,10 +119,49 @@ def _list_values(finals: xr.Dataset, field: str) -> str:
     return f"{values[0]} to {values[-1]}, {len(values)} different values"
 
 
-def _responses_of_all_measures(finals: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
-    """Return the responses of all measures for each group of a field's values."""
+def _name_measures(finals: xr.Dataset) -> list[str]:
+    names = name_measures(fitness.outcome(finals))
+    return [names[measure] for measure in fitness.MEASURES]
+
+
+def _tabulate_responses(finals: xr.Dataset, field: str) -> Table:
+    """Return the means of all measures for each group of a field's values."""
     responses = [analysis.compute_responses(finals, field, measure) for measure in fitness.MEASURES]
-    return list(zip(*responses, strict=True))
+    rows = [
+        [row[0].group, row[0].points, *(format_estimate(*response[-3:]) for response in row)]
+        for row in zip(*responses, strict=True)
+    ]
+    return tabulate(f"By {field}", [field], ["Points", *_name_measures(finals)], rows)
+
+
+def _tabulate_correlations(finals: xr.Dataset) -> Table | None:
+    """Return the rank correlations, or None if no field has enough points."""
+    names = name_measures(fitness.outcome(finals))
+    rows = [
+        [
+            correlation.field,
+            names[correlation.measure],
+            correlation.points,
+            format_number(correlation.rho),
+            format_p_value(correlation.p),
+            format_p_value(correlation.p_holm),
+        ]
+        for correlation in analysis.compute_correlations(finals)
+    ]
+    numbers = ("Points", "Correlation", "p", "Corrected p")
+    return tabulate("Rank correlations", ("Field", "Measure"), numbers, rows) if rows else None
+
+
+def _tabulate_points(finals: xr.Dataset) -> Table:
+    """Return the settings of each point, its runs and the means of all measures."""
+    fields = finals.attrs["fields"]
+    points: dict[int, list[Any]] = {}
+    for row in analysis.tabulate_points(finals):
+        settings = [analysis.format_value(row[field]) for field in fields]
+        cells = points.setdefault(row["point"], [row["point"], *settings, row["runs"]])
+        cells.append(format_estimate(row["mean"], row["low"], row["high"]))
+    numbers = (*fields, "Runs", *_name_measures(finals))
+    return tabulate("All points", ["Point"], numbers, points.values())
 
 
 def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
@@ -240,10 +278,8 @@ def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
 
 
 def _format_response(response: Response) -> str:
-    interval = ""
-    if np.isfinite(response.low):
-        interval = f" [{format_number(response.low)}, {format_number(response.high)}]"
-    return f"{format_number(response.mean)}{interval} ({response.group})"
+    estimate = format_estimate(response.mean, response.low, response.high)
+    return f"{estimate} ({response.group})"
 
 
 def link_points(

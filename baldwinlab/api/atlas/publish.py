@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from markupsafe import Markup
 
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
 from baldwinlab.analysis.atlas.figures import (
@@ -18,12 +19,19 @@ from baldwinlab.analysis.atlas.figures import (
     draw_laws,
     draw_maps,
 )
-from baldwinlab.analysis.atlas.grids import HEIGHT, WIDTH, arrange_grids, describe_cells
+from baldwinlab.analysis.atlas.grids import (
+    HEIGHT,
+    WIDTH,
+    arrange_grids,
+    describe_cells,
+    name_letter,
+)
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
 from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
-from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.rules import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
@@ -174,13 +182,15 @@ def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
 def _render_laws(results: AtlasResults, figures: Path) -> str:
     points = [collect_points(result) for result in results.maps if result.law]
     figure = ReportFigure(
-        "laws",
-        "Residual learning against the laws",
-        "One panel per map, one point per cell: mean over runs with 95 % interval (Student's t). "
-        "On the line, the measurement equals the law. Nothing is fitted.",
-        "Measured residual learning against the prediction, one point per cell.",
-        draw_laws([group for group in points if group.predicted]),
-        [row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
+        name="laws",
+        title="Residual learning against the laws",
+        caption=(
+            "One panel per map, one point per cell: mean over runs with 95 % interval (Student's "
+            "t). On the line, the measurement equals the law. Nothing is fitted."
+        ),
+        alternative="Measured residual learning against the prediction, one point per cell.",
+        figure=draw_laws([group for group in points if group.predicted]),
+        table=[row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
     )
     style = render("atlas/style.html")
     return style + render("atlas/laws.html", figure=save_and_inline(figure, figures))
@@ -206,23 +216,35 @@ def collect_points(result: MapResults) -> LawPoints:
 def _render_claims(results: AtlasResults) -> str:
     return render(
         "atlas/claims.html",
-        results=results.claims,
+        claims=_tabulate_claims(results.claims),
         claims_file=CLAIMS_FILE,
         digest=results.digests[CLAIMS_FILE],
     )
+
+
+def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
+    rows = []
+    for claim, evaluation in results:
+        note = f" Note: {claim.note}" if claim.note else ""
+        name = Markup("<strong>{}.</strong> {}").format(claim.id, claim.claim)
+        heading = add_detail(name, f"{claim.complete_rule}{note}")
+        cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
+        rows.append((heading, [cells]))
+    columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
+    return Table("Claims of the atlas", columns, rows, "claims")
 
 
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
     atlas_map = result.planned.atlas_map
     outcome = choose_outcome(result.outcomes)
     figure = ReportFigure(
-        result.name,
-        result.title,
-        f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
+        name=result.name,
+        title=result.title,
+        caption=f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
         + (" White lines: the law." if result.law else ""),
-        f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
-        draw_maps(result.outcomes, atlas_map.axes, result.law),
-        result.rows,
+        alternative=f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
+        figure=draw_maps(result.outcomes, atlas_map.axes, result.law),
+        table=result.rows,
     )
     cells = describe_cells(
         result.name, result.outcomes, atlas_map.axes, list(result.cells.values()), result.law
@@ -236,12 +258,11 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
     return render(
         "atlas/map.html",
         title=result.title,
-        letter=outcome.label.split()[-1],
+        letter=name_letter(result.outcomes),
         description=atlas_map.complete_description,
         figure=save_and_inline(figure, figures),
         law=result.law.quantity if result.law else "",
-        labels=list(atlas_map.axes.values()),
-        grids=list(arrange_grids(result.outcomes, atlas_map.axes, cells)),
+        grids=arrange_grids(result.title, result.outcomes, atlas_map.axes, cells),
         cells=cells,
         width=WIDTH,
         height=HEIGHT,

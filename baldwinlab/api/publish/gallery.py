@@ -7,10 +7,11 @@ from math import isnan
 from pathlib import Path
 from typing import Any, Final
 
+from markupsafe import Markup
+
 from baldwinlab.analysis.gallery.analysis import System, TimeToLevel
 from baldwinlab.analysis.gallery.decisions import (
     COLUMNS,
-    VERDICTS,
     Decision,
     SystemName,
     decide,
@@ -18,15 +19,16 @@ from baldwinlab.analysis.gallery.decisions import (
 )
 from baldwinlab.analysis.gallery.figures import draw_forest
 from baldwinlab.analysis.gallery.summary import (
-    MIXED,
     QuestionSummary,
     conclude,
-    format_effect,
     summarize_questions,
+    tabulate_measurements,
+    tabulate_verdicts,
 )
-from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.replays import link_paper
+from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
@@ -61,8 +63,8 @@ def publish_gallery(
     write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
     log("drawing the figure")
     figures = folder / "figures"
-    clocks = render("gallery/clocks.html", rows=list(_list_times_to_level(entries)))
-    claims = render("gallery/claims.html", entries=entries, verdicts=(HOLDS, UNDECIDED, FAILS))
+    clocks = render("gallery/clocks.html", times=_tabulate_times(entries))
+    claims = render("gallery/claims.html", claims=_tabulate_claims(entries))
     sections = [
         Section("answers", "Answers by system", _render_answers(entries, decisions, figures, last)),
         Section("clocks", "Time to half of the final fitness", clocks),
@@ -107,11 +109,9 @@ def _render_answers(
     return render(
         "gallery/answers.html",
         figures=figures,
-        summaries=summaries,
-        verdicts=VERDICTS,
-        mixed=MIXED,
+        verdicts=tabulate_verdicts(summaries),
+        answers={summary.title: tabulate_measurements(summary) for summary in summaries},
         conclusions=list(conclude(decisions))[1:],
-        format_effect=format_effect,
         reasons=_group_reasons(decisions),
         notes=list(_list_notes(entries, decisions)),
         omitted=[entry for entry in entries if entry.reason],
@@ -134,30 +134,71 @@ def _draw_figure(
 ) -> ReportFigure:
     systems = list(dict.fromkeys(decision.system for decision in decisions))
     return ReportFigure(
-        "gallery",
-        "Effects of learning on evolution, by paper",
-        "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is the "
-        "equivalence bound. A verdict uses the q-value over all systems and questions, and not "
-        "the interval. The last row is the random-effects mean of the papers with its 95 % "
-        f"interval (thick) and the prediction interval for another paper (thin). Windows have "
-        f"{last} generations.",
-        " ".join(conclude(decisions)),
-        draw_forest(systems, summaries),
-        [decision.row() for decision in decisions],
+        title="Effects of learning on evolution, by paper",
+        caption=(
+            "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is "
+            "the equivalence bound. A verdict uses the q-value over all systems and questions, and "
+            "not the interval. The last row is the random-effects mean of the papers with its 95 % "
+            "interval (thick) and the prediction interval for another paper (thin). Windows have "
+            f"{last} generations."
+        ),
+        alternative=" ".join(conclude(decisions)),
+        figure=draw_forest(systems, summaries),
+        table=[decision.row() for decision in decisions],
         links=[link_paper(name) for name in dict.fromkeys(system.paper for system in systems)],
+        name="gallery",
     )
 
 
-def _list_times_to_level(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
+def _tabulate_times(entries: Sequence[Entry]) -> Table | None:
+    """Return the times until half of the final fitness, or None without a control."""
+    rows = [
+        [
+            f"{entry.name}: {system.condition}",
+            time.evaluation_unit,
+            _describe_sooner(time),
+            *(
+                "–" if isnan(number) else f"{number:,.0f}"
+                for number in (
+                    *(time.generations, time.control_generations),
+                    *(time.evaluations, time.control_evaluations),
+                )
+            ),
+        ]
+        for entry in entries
+        for system in entry.systems
+        if (time := system.time_to_level)
+    ]
+    texts = ("System", "Evaluations are", "Faster condition")
+    numbers = [
+        f"{clock}, {life}"
+        for clock in ("Generations", "Evaluations")
+        for life in ("with learning", "no-learning control")
+    ]
+    return tabulate("Time to half of the final fitness", texts, numbers, rows) if rows else None
+
+
+def _tabulate_claims(entries: Sequence[Entry]) -> Table:
+    """Return the number of claims of each paper by kind and verdict."""
+    verdicts = (HOLDS, UNDECIDED, FAILS)
+    groups = []
     for entry in entries:
-        for system in entry.systems:
-            if system.time_to_level:
-                yield {
-                    "paper": entry.name,
-                    "system": system,
-                    "time": system.time_to_level,
-                    "sooner": _describe_sooner(system.time_to_level),
-                }
+        titles = {claim.id: claim.title for claim in entry.paper.claims}
+        rows = []
+        for kind, claims in entry.claims_by_kind.items():
+            others = [
+                Markup("{} {} {}").format(name, titles[name], badge(verdict))
+                for name, verdict in claims.items()
+                if verdict != HOLDS
+            ]
+            counts = [list(claims.values()).count(verdict) for verdict in verdicts]
+            rows.append([kind, *counts, Markup("; ").join(others)])
+        if rows:
+            year = str(entry.paper.metadata.year)
+            groups.append((add_detail(entry.name, year, f"{entry.runs} runs"), rows))
+    columns: dict[str, str] = {"Paper": "", "Kind": ""} | dict.fromkeys(verdicts, "right")
+    columns["Claims that do not hold or are undecided"] = ""
+    return Table("Claims of the papers", columns, groups)
 
 
 def _describe_sooner(time: TimeToLevel) -> str:

@@ -9,7 +9,7 @@ from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.files import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead, make_section
-from baldwinlab.analysis.report import write_page
+from baldwinlab.analysis.report.sections import write_page
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.core import console

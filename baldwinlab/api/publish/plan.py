@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from baldwinlab.analysis.report import emergence_generations
+from baldwinlab.analysis.report.data import emergence_generations
+from baldwinlab.analysis.report.figures import check_figures
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
@@ -38,9 +39,12 @@ def plan_report(
     """Return the plan of a report.
 
     `paper`: paper whose claims are evaluated. By default the paper that defines the study, if any.
+    Raises PaperError if the paper names a figure that does not exist.
     """
     if paper is None and (study.paper or study.kind == MULTIVERSE):
         paper = load_stored_paper(study.directory, study.paper)
+    if paper:
+        check_figures(paper)
     if study.kind != CONDITIONS:
         return ReportPlan(study, out, last, baseline, paper)
     replayable = tuple(name for name in study.experiments if _can_replay(study, name))

@@ -8,11 +8,11 @@ from typing import Final, NamedTuple
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import evaluate_samples
-from baldwinlab.analysis.figures import render_figure
-from baldwinlab.analysis.report import ReportData
+from baldwinlab.analysis.figures.style import render_figure
 from baldwinlab.analysis.report.content import count_runs, format_range
+from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figures import DRAW_FUNCTIONS
+from baldwinlab.analysis.report.figures import load_figure
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import section
@@ -20,12 +20,11 @@ from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.papers import load_stored_paper
-from baldwinlab.papers.texts import Figure
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
 
-FIGURES_OF_CONDITIONS: Final[tuple[Figure, ...]] = ("fitness", "final-fitness")
+FIGURES_OF_CONDITIONS: Final = ("fitness", "final-fitness")
 FIGURE_OF_SWEEPS: Final = "responses"
 FORMATS: Final = ("svg", "pdf", "png", "csv")
 MAX_CONDITIONS: Final = 60
@@ -91,8 +90,7 @@ def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str) -> ReportFi
         experiments={condition: study.experiments[condition] for condition in names},
         results=_evaluate_claims(study, data) if name == "final-fitness" else (),
     )
-    draw = {str(figure): DRAW_FUNCTIONS[figure] for figure in FIGURES_OF_CONDITIONS}[name]
-    figure = draw(report)
+    figure = load_figure(name).draw(report)
     assert figure is not None
     return figure
 

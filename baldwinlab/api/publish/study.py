@@ -24,15 +24,11 @@ from baldwinlab.analysis.estimands.trait_changes import (
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
-from baldwinlab.analysis.report import (
-    ReportData,
-    Section,
-    draw_report,
-    emergence_generations,
-    write_report,
-)
 from baldwinlab.analysis.report.content import count_runs
+from baldwinlab.analysis.report.data import ReportData, emergence_generations
+from baldwinlab.analysis.report.sections import Section
 from baldwinlab.analysis.report.settings import describe_variants
+from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.analysis.stages import section as stages_section
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 
 from baldwinlab.analysis.assays.evaluation import load_evaluations
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.figures import to_svg
+from baldwinlab.analysis.figures.style import to_svg
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
 
 A = "evo+self-taught/A"

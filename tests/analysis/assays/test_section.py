@@ -16,8 +16,7 @@ from baldwinlab.analysis.assays import sentences as wording
 from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.report import write_page
-from baldwinlab.analysis.report.sections import Section
+from baldwinlab.analysis.report.sections import Section, write_page
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
 from tests.analysis.assays.artificial_assays import (

@@ -19,14 +19,23 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
-from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
-from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import choose_style
+from baldwinlab.analysis.figures.style import choose_style, save_figure, style_conditions, to_svg
+from baldwinlab.analysis.figures.world import draw_trajectories, split_at_edges
+from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.multiverse.section import draw_shares, draw_variants
+from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations
+from baldwinlab.analysis.report.figures.emergence import compute_time_shares, draw_emergence
+from baldwinlab.analysis.report.figures.final_fitness import draw_fitness_boxes
+from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
+from baldwinlab.analysis.report.figures.maps import draw_world_maps
+from baldwinlab.analysis.report.figures.measures import draw_measures
+from baldwinlab.analysis.report.figures.networks import AgentKind, draw_networks
+from baldwinlab.analysis.report.figures.senses import draw_agent_senses
+from baldwinlab.analysis.report.figures.shares import draw_shares
+from baldwinlab.analysis.report.figures.survival import draw_survival
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
@@ -42,7 +51,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trac
 FORAGERS = "evo+self-taught/B"
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
-MEASURED = figures.MeasureValues(
+MEASURED = ModelMeasure(
     "items",
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
@@ -70,30 +79,30 @@ def six_traces() -> list[xr.Dataset]:
     return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
 
 
-def kind(name: str, modules: int) -> figures.AgentKind:
+def kind(name: str, modules: int) -> AgentKind:
     named = ("action module", "reinforcement module: teaches, does not learn")[:modules]
-    return figures.AgentKind(
+    return AgentKind(
         name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named
     )
 
 
 DRAW: dict[str, Callable[[], Figure]] = {
-    "fitness": lambda: figures.draw_fitness_curves(study(AS_THE_PAPER)),
-    "final-fitness": lambda: figures.draw_fitness_boxes(study(AS_THE_PAPER), evaluate_paper()),
-    "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
-    "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
-    "trajectories-of-species": lambda: figures.draw_trajectories(
+    "fitness": lambda: draw_fitness_curves(study(AS_THE_PAPER)),
+    "final-fitness": lambda: draw_fitness_boxes(study(AS_THE_PAPER), evaluate_paper()),
+    "emergence": lambda: draw_emergence(study(AS_THE_PAPER), six_traces()),
+    "trajectories": lambda: draw_trajectories(trace(FORAGERS, 3)),
+    "trajectories-of-species": lambda: draw_trajectories(
         species_trace({"predators": 2, "prey": 5})
     ),
-    "maps": lambda: figures.draw_world_maps(MAPS, 20),
-    "senses": lambda: figures.draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
-    "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
-    "shares": lambda: figures.draw_shares(make_strings()[["ones", "unset"]].mean("agent")),
-    "clocks": lambda: figures.draw_fitness_by_evaluations(make_strings(), "used"),
-    "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
-    "survival": lambda: figures.draw_survival(make_strings()),
-    "variants": lambda: draw_variants(make_multiverse()),
-    "variants-shares": lambda: draw_shares(make_multiverse()),
+    "maps": lambda: draw_world_maps(MAPS, 20),
+    "senses": lambda: draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
+    "networks": lambda: draw_networks([kind("evo", 1), kind("taught", 2)]),
+    "shares": lambda: draw_shares(make_strings()[["ones", "unset"]].mean("agent")),
+    "clocks": lambda: draw_fitness_by_evaluations(make_strings(), "used"),
+    "measures": lambda: draw_measures(study(AS_THE_PAPER), [MEASURED]),
+    "survival": lambda: draw_survival(make_strings()),
+    "variants": lambda: multiverse_section.draw_variants(make_multiverse()),
+    "variants-shares": lambda: multiverse_section.draw_shares(make_multiverse()),
 }
 
 ODD: dict[str, Callable[[], xr.Dataset]] = {
@@ -113,7 +122,7 @@ DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
 def render(name: str) -> tuple[Figure, bytes]:
     """Return a figure and its SVG. Rendering creates the labels of the axes."""
     figure = DRAW[name]()
-    return figure, figures.to_svg(figure)
+    return figure, to_svg(figure)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +134,7 @@ def render(name: str) -> tuple[Figure, bytes]:
 )
 def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) -> None:
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
-        assert figures.to_svg(DRAW[name]()) == render(name)[1]
+        assert to_svg(DRAW[name]()) == render(name)[1]
 
 
 @pytest.mark.parametrize("name", DRAW)
@@ -147,18 +156,18 @@ def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for figure in (
-            figures.draw_fitness_curves(odd),
-            figures.draw_fitness_boxes(odd, evaluate_claims(odd)),
-            figures.draw_emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
+            draw_fitness_curves(odd),
+            draw_fitness_boxes(odd, evaluate_claims(odd)),
+            draw_emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
         ):
             assert isinstance(figure, Figure)
-            assert figures.to_svg(figure)
+            assert to_svg(figure)
 
 
 def test_threads_may_draw_at_the_same_time() -> None:
     _, expected = render("clocks")
     with ThreadPoolExecutor(3) as threads:
-        assert set(threads.map(lambda _: figures.to_svg(DRAW["clocks"]()), range(3))) == {expected}
+        assert set(threads.map(lambda _: to_svg(DRAW["clocks"]()), range(3))) == {expected}
 
 
 def test_the_time_density_sums_to_all_time_and_needs_a_trace() -> None:
@@ -167,7 +176,7 @@ def test_the_time_density_sums_to_all_time_and_needs_a_trace() -> None:
     # All agents walk along y = 150.
     assert shares[7].sum() == pytest.approx(100)
     with pytest.raises(ValueError, match="no trace"):
-        figures.draw_emergence(study(AS_THE_PAPER), [])
+        draw_emergence(study(AS_THE_PAPER), [])
 
 
 def test_a_second_network_is_drawn_as_a_teacher() -> None:
@@ -178,7 +187,7 @@ def test_a_second_network_is_drawn_as_a_teacher() -> None:
 
 
 def test_no_interval_of_fitness_reaches_below_zero() -> None:
-    bands = figures.draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
+    bands = draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
     paths = [np.asarray(path.vertices) for band in bands for path in band.get_paths()]
     assert paths and min(path[:, 1].min() for path in paths) == 0
 
@@ -193,7 +202,7 @@ def test_a_path_is_split_at_the_edge_of_the_map() -> None:
 
 
 def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> None:
-    shown = plotted_conditions(study(AS_THE_PAPER))
+    shown = style_conditions(study(AS_THE_PAPER))
     for condition, name in zip(shown[:4:3], "AB", strict=True):
         assert (condition.learner, condition.map_name) == ("evo", name)
     assert shown[0].style == shown[3].style
@@ -215,9 +224,9 @@ def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() 
         for name in "AB" for a in names[1:]
     )  # fmt: skip
     dataset = study({f"{name}/{suffix}": range(20, 28) for suffix in "AB" for name in names})
-    figure = figures.draw_fitness_boxes(dataset, evaluate_claims(dataset, 10, Claims(claims)))
+    figure = draw_fitness_boxes(dataset, evaluate_claims(dataset, 10, Claims(claims)))
     # Rendering computes the layout.
-    figures.to_svg(figure)
+    to_svg(figure)
     upper, lower = (
         axes for axes in figure.axes if axes.get_title("left").endswith("average agent")
     )
@@ -237,9 +246,9 @@ def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None
     with warnings.catch_warnings():
         # Matplotlib warns if a panel has no space left.
         warnings.simplefilter("error")
-        curves = figures.draw_fitness_curves(dataset)
+        curves = draw_fitness_curves(dataset)
         curves.draw_without_rendering()
-        boxes = figures.draw_fitness_boxes(dataset, [])
+        boxes = draw_fitness_boxes(dataset, [])
         boxes.draw_without_rendering()
     legend = curves.legends[0].get_window_extent()
     assert legend.x0 >= 0 and legend.x1 <= curves.bbox.x1
@@ -280,7 +289,7 @@ def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
 
 
 def test_a_figure_is_saved_as_svg_and_png(tmp_path: Path) -> None:
-    saved = figures.save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
+    saved = save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
     drawing = (tmp_path / "figures" / "maps.svg").read_bytes()
     # The image has the same drawing, with a second layout.
     assert drawing[drawing.index(b"<metadata>") : drawing.rindex(b"</svg>")] in saved.image
@@ -291,7 +300,7 @@ def test_a_figure_is_saved_as_svg_and_png(tmp_path: Path) -> None:
 
 def test_measures_have_a_box_for_each_condition_with_values() -> None:
     some = MEASURED._replace(values=dict(MEASURED.values) | {"evo/B": np.empty(0)})
-    axes = figures.draw_measures(study(AS_THE_PAPER), [MEASURED, some]).axes
+    axes = draw_measures(study(AS_THE_PAPER), [MEASURED, some]).axes
     points = [
         sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in panel.lines)
         for panel in axes
@@ -302,6 +311,6 @@ def test_measures_have_a_box_for_each_condition_with_values() -> None:
 
 
 def test_many_agents_on_a_map_are_pixels_and_few_are_shapes() -> None:
-    few, many = (figures.to_svg(figures.draw_world_maps(MAPS, agents)) for agents in (20, 3000))
+    few, many = (to_svg(draw_world_maps(MAPS, agents)) for agents in (20, 3000))
     assert many.count(b"<image") > few.count(b"<image")
     assert len(many) < 20 * len(few)

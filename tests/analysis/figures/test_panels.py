@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis import figures
 from baldwinlab.analysis.figures import panels
 from baldwinlab.analysis.figures.style import styled, to_svg
+from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
 from tests.analysis.statistics.studies import AS_THE_PAPER, study
 
 
@@ -71,7 +71,7 @@ def test_panels_are_below_each_other_in_the_order_of_reading() -> None:
 
 
 def test_the_image_has_one_drawing_and_both_layouts() -> None:
-    figure = figures.draw_fitness_curves(study(AS_THE_PAPER))
+    figure = draw_fitness_curves(study(AS_THE_PAPER))
     layout = arrange(figure)
     assert layout is not None
     image = panels.merge_layouts(to_svg(figure), figure, layout).decode()

@@ -17,7 +17,7 @@ from baldwinlab.analysis.multiverse.section import (
     make_section,
 )
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
-from baldwinlab.analysis.report import write_page
+from baldwinlab.analysis.report.sections import write_page
 from baldwinlab.analysis.statistics.rules import HOLDS, UNDECIDED
 from baldwinlab.studies.multiverse import vary_one_at_a_time
 from tests.analysis.multiverse.variants import (

@@ -12,10 +12,12 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.report import ReportData, ReportSummary, draw_report, write_report
 from baldwinlab.analysis.report.content import read_experiment_texts
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.sections import ReportSummary
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.setup import describe_conditions
+from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.claims import Claim

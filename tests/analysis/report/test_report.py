@@ -14,14 +14,13 @@ from baldwinlab import papers
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.figures import describe_p_values
-from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
     format_timing,
     read_experiment_texts,
     title_worlds,
 )
-from baldwinlab.analysis.report.figures import SETUP_FIGURES
+from baldwinlab.analysis.report.data import ReportData, emergence_generations
+from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
 from baldwinlab.analysis.report.headline import compose_headline
 from baldwinlab.analysis.report.phrases import (
     describe_comparison,
@@ -34,6 +33,7 @@ from baldwinlab.analysis.report.settings import (
     select_open_choices,
 )
 from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
+from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.analysis.statistics.numbers import format_number, format_p_value
 from baldwinlab.experiment.factors import Factors
@@ -46,6 +46,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
 from tests.axe import find_violations
 
 PAPER = papers.load()
+SETUP_FIGURES = ("networks", "senses", "maps")
 LOOKS = {"evo/A": describe_appearance(load("evo/A")).to_dict()}
 FORAGERS = "evo+self-taught/B"
 FACTS = {
@@ -347,7 +348,7 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
     section = text.split('id="compared"')[1].split("<h2")[0]
     assert "Each condition is compared with evo/B." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
-    for text in ("<strong>+20.0 [", '<td class="plain" data-label="runs">8, 8</td>'):
+    for text in ("<strong>+20.0 [", '<td class="plain" data-label="Runs">8, 8</td>'):
         assert text in section
 
 

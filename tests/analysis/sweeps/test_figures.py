@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis import figures
+from baldwinlab.analysis.figures.style import to_svg
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.figures import (
     choose_axis_scale,
@@ -35,7 +35,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
     name: str,
 ) -> None:
     figure = DRAW[name]()
-    assert figures.to_svg(figure) == figures.to_svg(DRAW[name]())
+    assert to_svg(figure) == to_svg(DRAW[name]())
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
@@ -55,9 +55,9 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
 def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert figures.to_svg(draw_response_curves(compute_finals(data)))
+        assert to_svg(draw_response_curves(compute_finals(data)))
         if data.attrs["design"] == "grid":
-            assert figures.to_svg(draw_heat_maps(compute_finals(data), RATE, COUNT))
+            assert to_svg(draw_heat_maps(compute_finals(data), RATE, COUNT))
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,8 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.analysis.movie import SCENE_GAP
-from baldwinlab.analysis.report import render
 from baldwinlab.analysis.report.replays import find_typical_lives, make_link
+from baldwinlab.analysis.report.sections import render
 from baldwinlab.analysis.scene import CAPTION_HEIGHT, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command

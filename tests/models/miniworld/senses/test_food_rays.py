@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis import figures
+from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.parts import Sense
@@ -58,7 +58,7 @@ def test_the_sectors_of_the_rays_are_drawn() -> None:
     appearance = describe_appearance(make_experiment(rays=3, angle=90))
     edges = [(sector.from_degrees, sector.to_degrees) for sector in appearance.sectors if sector]
     assert edges == [(313, 317), (358, 2), (43, 47)]
-    assert figures.draw_agent_senses(appearance.to_dict()).axes
+    assert draw_agent_senses(appearance.to_dict()).axes
 
 
 @pytest.mark.parametrize(("field", "value"), [("rays", 0), ("rays", 65), ("angle", 360)])

@@ -1,4 +1,4 @@
-"""Draw final fitness: a box per condition and a point per run, with p-values of claims."""
+"""Final fitness: a box per condition and a point per run, with p-values of claims."""
 
 from __future__ import annotations
 
@@ -7,28 +7,23 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.figures.fitness import (
-    LETTER_INCHES,
-    MEASURE_TITLES,
-    PANEL_HEIGHT,
-    make_panels,
-    panel_top,
-    plotted_conditions,
+from baldwinlab.analysis.figures.curves import LETTER_INCHES, find_top
+from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
+from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, style_conditions, styled
+from baldwinlab.analysis.report.content import (
+    describe_final_medians,
+    name_fitness,
+    tabulate_runs,
 )
-from baldwinlab.analysis.figures.style import (
-    BLACK,
-    FIGURE_WIDTH,
-    GRAY,
-    SeriesStyle,
-    spread_points,
-    styled,
-)
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 
@@ -41,11 +36,27 @@ MAX_LABEL_LETTERS = 48
 MAX_BOXES_OF_HALF_WIDTH = 24
 # Height of the titles and the margins in the figure of boxes, in inches.
 BOX_MARGIN_HEIGHT = 0.9
-# Widths of a box, and of its points, if the distance of two boxes is 1.
-BOX_WIDTH = 0.55
-POINT_SPREAD = 0.36
 # Vertical distance of two brackets, as a share of the height of the panel.
 BRACKET_DISTANCE = 0.13
+
+
+@declare_figure(needs_world=True)
+def draw_figure(report: ReportData) -> ReportFigure:
+    p_values = describe_p_values(report.data, report.results)
+    return ReportFigure(
+        title=f"Fitness in the last {report.last} generations",
+        caption=(
+            f"{name_fitness(report.data, 'best', 'average')}, averaged over the last "
+            f"{report.last} generations of each run. "
+            f"{' '.join(filter(None, [BOXES_NOTE, p_values]))}"
+        ),
+        alternative=(
+            "Box plots of final fitness by condition. "
+            f"{describe_final_medians(report.data, report.last)}"
+        ),
+        figure=draw_fitness_boxes(report.data, report.results, report.last),
+        table=tabulate_runs(report.data, report.last),
+    )
 
 
 @styled
@@ -59,7 +70,7 @@ def draw_fitness_boxes(
     reach to the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
-    n_boxes = Counter(condition.map_name for condition in plotted_conditions(dataset))
+    n_boxes = Counter(condition.map_name for condition in style_conditions(dataset))
     is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
     n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
     label_heights = {
@@ -92,7 +103,7 @@ def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
     If all maps have the same learners and the labels are vertical, only the last map has labels.
     """
     labels: dict[str, list[str]] = {}
-    for condition in plotted_conditions(dataset):
+    for condition in style_conditions(dataset):
         labels.setdefault(condition.map_name, []).append(condition.learner)
     *upper_maps, last_map = labels
     is_shared = all(labels[map_name] == labels[last_map] for map_name in upper_maps)
@@ -107,33 +118,6 @@ def _fit_horizontally(labels: Sequence[str]) -> bool:
     # Neighbors share the space of two boxes.
     letters_per_box = max(pair_lengths, default=0) / 2
     return letters_per_box * len(labels) <= MAX_LABEL_LETTERS
-
-
-def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) -> None:
-    """Draw a box plot, and a point per run."""
-    line = {"color": style.color, "linewidth": 1.1}
-    axes.boxplot(
-        [sample],
-        positions=[position],
-        widths=BOX_WIDTH,
-        showfliers=False,
-        manage_ticks=False,
-        boxprops=line,
-        whiskerprops=line,
-        capprops=line,
-        medianprops=line | {"linewidth": 2.2},
-    )
-    offsets = POINT_SPREAD * spread_points(sample.size)
-    axes.plot(
-        position + offsets,
-        sample,
-        style.marker,
-        color=style.color,
-        ms=3.2,
-        alpha=0.6,
-        mew=0,
-        clip_on=False,
-    )
 
 
 def _select_findings(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
@@ -168,7 +152,7 @@ def _make_brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
 def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
     """Draw brackets above the boxes, short ones below long ones."""
     brackets = _make_brackets(names, findings)
-    top = panel_top(axes)
+    top = find_top(axes)
     if len(brackets) > MAX_BRACKETS:
         _draw_against_baseline(axes, brackets, top)
         return
@@ -216,7 +200,7 @@ def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> st
 
 def _names_by_map(dataset: xr.Dataset) -> list[list[str]]:
     names: dict[str, list[str]] = {}
-    for condition in plotted_conditions(dataset):
+    for condition in style_conditions(dataset):
         names.setdefault(condition.map_name, []).append(condition.name)
     return list(names.values())
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -21,6 +21,14 @@ from baldwinlab.analysis.figures.style import (
     PALE,
     styled,
 )
+from baldwinlab.analysis.figures.world import Appearance
+from baldwinlab.analysis.report.content import select_foragers
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import read_factors
+from baldwinlab.papers import load
 
 # Height of a network and of the headings, in inches.
 ROW_HEIGHT = 1.0
@@ -53,6 +61,77 @@ class AgentKind(NamedTuple):
     # The networks of a genome. The first network acts. The others teach it, and are named "NAME:
     # EFFECT".
     modules: Sequence[str]
+
+
+@declare_figure(is_setup=True, needs_world=True)
+def draw_figure(report: ReportData) -> ReportFigure | None:
+    """Draw the network of each learner, or return None without appearances."""
+    if not report.appearances:
+        return None
+    paper = report.paper or load()
+    experiments = select_foragers(report.experiments)
+    kinds: dict[str, AgentKind] = {}
+    for name, factors in read_factors(report.data).items():
+        if name in report.appearances and name in experiments:
+            kind = _make_kind(factors.learner, experiments[name], report.appearances[name])
+            kinds.setdefault(factors.learner, kind)
+    descriptions = " ".join(
+        f"{learner}: {paper.describe(preset_kind, learner)}."
+        for preset_kind in ("conditions", "controls")
+        for learner in paper.names(preset_kind)
+        if learner in kinds
+    )
+    alternatives = [
+        f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
+        for kind in kinds.values()
+    ]
+    return ReportFigure(
+        title="The agents' networks",
+        caption=(
+            "The action module computes the action from the inputs (orange): the strongest output "
+            "is the action. A second module, if there is one, receives the same inputs and keeps "
+            "its weights from birth. Its outputs are the targets from which the action module "
+            f"learns. {descriptions}"
+        ),
+        alternative=f"{'; '.join(alternatives)}.",
+        figure=draw_networks(list(kinds.values())),
+        table=_tabulate_modules(list(kinds.values())),
+    )
+
+
+def _make_kind(learner: str, experiment: Experiment, appearance: Appearance) -> AgentKind:
+    inherits = experiment.evolution.inheritance != "none"
+    heredity = (
+        "evolves: inherits weights" if inherits else "does not evolve: new random\nweights at birth"
+    )
+    learning = (
+        f"learns in its lifetime: {experiment.learning.rule}"
+        if experiment.learns
+        else "does not learn"
+    )
+    return AgentKind(
+        name=learner,
+        lines=(heredity, learning),
+        inputs=appearance["inputs"],
+        hidden=experiment.network.hidden,
+        actions=appearance["actions"],
+        modules=appearance["modules"],
+    )
+
+
+def _tabulate_modules(kinds: Sequence[AgentKind]) -> list[dict[str, Any]]:
+    """Return the networks of agents: one row per kind of agent and module."""
+    return [
+        {
+            "agents": kind.name,
+            "module": module,
+            "inputs": " ".join(kind.inputs),
+            "hidden_units": " ".join(map(str, kind.hidden)),
+            "outputs": " ".join(kind.actions),
+        }
+        for kind in kinds
+        for module in kind.modules
+    ]
 
 
 @styled

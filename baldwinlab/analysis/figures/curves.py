@@ -1,0 +1,154 @@
+"""Curves: lines with bands, axes that start at 0, and legends of lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
+from baldwinlab.analysis.statistics.curve_intervals import CurveInterval
+
+# Largest number of markers on a curve.
+MAX_MARKERS: Final = 8
+# Largest number of columns of a legend, and the width of its line and gaps, in letters.
+MAX_LEGEND_COLUMNS: Final = 4
+LEGEND_LINE_LETTERS: Final = 8
+# Length of a label, in inches per letter.
+LETTER_INCHES: Final = 0.075
+
+
+def make_panels(
+    n_panels: int, max_columns: int, panel_height: float, margin: float, **options: Any
+) -> tuple[Figure, npt.NDArray[Any]]:
+    """Return a figure with panels [row, column], without those that are not needed.
+
+    Heights are in inches; `margin` is that of all legends. `options` are those of
+    `Figure.subplots`.
+    """
+    n_columns = min(max_columns, max(n_panels, 1))
+    n_rows = math.ceil(max(n_panels, 1) / n_columns)
+    figure = Figure((FIGURE_WIDTH, margin + panel_height * n_rows))
+    grid = figure.subplots(n_rows, n_columns, squeeze=False, **options)
+    for axes in grid.flat[n_panels:]:
+        axes.remove()
+    return figure, grid
+
+
+def make_blocks(
+    titles: Sequence[str], n_rows: int, row_height: float
+) -> tuple[Figure, npt.NDArray[Any]]:
+    """Return a figure and its panels [condition, row], with two conditions next to each other.
+
+    `row_height` is in inches.
+    """
+    n_columns = min(len(titles), 2)
+    # A block has all rows of the conditions that are next to each other.
+    n_blocks = math.ceil(len(titles) / n_columns)
+    figure = Figure((FIGURE_WIDTH, 0.6 + row_height * n_rows * n_blocks))
+    grid = figure.subplots(n_blocks * n_rows, n_columns, squeeze=False)
+    # From [block and row, column] to [condition, row].
+    panels = grid.reshape(n_blocks, n_rows, n_columns).transpose(0, 2, 1).reshape(-1, n_rows)
+    # An odd number of conditions leaves the last panels unused.
+    for axes in panels[len(titles) :].flat:
+        axes.set_visible(False)
+    for axes, title in zip(panels[:, 0], titles, strict=False):
+        axes.set_title(title, loc="left", fontweight="bold")
+    return figure, panels[: len(titles)]
+
+
+def label_blocks(panels: npt.NDArray[Any], *labels: str) -> None:
+    """Label the rows of `make_blocks` at the left edge."""
+    # Two conditions are next to each other, so every second one is in the left column.
+    for column in panels[::2]:
+        for axes, label in zip(column, labels, strict=True):
+            axes.set_ylabel(label)
+
+
+def draw_line(
+    axes: Axes,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    style: SeriesStyle,
+    label: str = "",
+    *,
+    is_stepped: bool = False,
+) -> None:
+    """Draw a line with about `MAX_MARKERS` markers. A distribution has steps."""
+    axes.plot(
+        x,
+        y,
+        color=style.color,
+        ls=style.line,
+        lw=1.5,
+        marker=style.marker,
+        ms=3.5,
+        markevery=max(1, np.size(x) // MAX_MARKERS),
+        label=label,
+        drawstyle="steps-post" if is_stepped else "default",
+    )
+
+
+def draw_curve(
+    axes: Axes,
+    interval: CurveInterval,
+    style: SeriesStyle,
+    label: str = "",
+    dim: str = "generation",
+) -> None:
+    """Draw a line with the band of its interval, or nothing if all values are NaN."""
+    center, low, high = (values[interval.center.notnull()] for values in interval)
+    if center.size:
+        axes.fill_between(center[dim], low, high, color=style.color, alpha=0.18, lw=0)
+        draw_line(axes, center[dim], center, style, label)
+
+
+def start_at_zero(axes: Axes) -> None:
+    """Let the vertical axis start slightly below 0. Its top is 1 if no value is above 0."""
+    top = find_top(axes)
+    axes.set_ylim(-0.025 * top, top)
+
+
+def find_top(axes: Axes) -> float:
+    """Return the upper limit of a panel, or 1 if no value is above 0."""
+    return axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+
+
+def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle]) -> None:
+    """Draw a legend of lines above a figure."""
+    handles = [
+        Line2D([], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=label)
+        for label, style in styles.items()
+    ]
+    n_columns = count_legend_columns(styles)
+    figure.legend(handles=handles, loc="outside upper center", ncols=n_columns)
+
+
+def draw_legend_of_panels(
+    figure: Figure, panels: Iterable[Axes], n_columns: int, *, is_below: bool = False
+) -> None:
+    """Draw a legend of the labels in panels above or below a figure, each label once."""
+    handles: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    figure.legend(
+        handles=list(handles.values()),
+        loc="outside lower center" if is_below else "outside upper center",
+        ncols=n_columns,
+    )
+
+
+def count_legend_columns(labels: Iterable[str]) -> int:
+    """Return the number of columns of a legend whose labels fit next to each other."""
+    lengths = [len(label) for label in labels]
+    letters = max(lengths, default=0) + LEGEND_LINE_LETTERS
+    n_columns = int(FIGURE_WIDTH / (LETTER_INCHES * letters))
+    return min(max(1, n_columns), MAX_LEGEND_COLUMNS, max(1, len(lengths)))

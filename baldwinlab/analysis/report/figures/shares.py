@@ -1,0 +1,68 @@
+"""Shares by generation, such as the shares of alleles: a panel per condition."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.figures.curves import draw_curve, draw_legend, make_panels
+from baldwinlab.analysis.figures.style import (
+    choose_style,
+    label_generations,
+    style_conditions,
+    styled,
+)
+from baldwinlab.analysis.report.content import compute_shares, tabulate_shares
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+
+# Largest number of panels in a row.
+MAX_COLUMNS = 3
+# Heights of a panel and of the legend, in inches.
+PANEL_HEIGHT = 2.2
+LEGEND_HEIGHT = 0.5
+
+
+@declare_figure()
+def draw_figure(report: ReportData) -> ReportFigure | None:
+    shares = compute_shares(report.data, report.experiments)
+    if not shares:
+        return None
+    meanings = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
+    return ReportFigure(
+        title="Composition of the generations",
+        caption=(
+            "Lines are means over agents and runs. Bands are 95 % intervals of the mean over runs "
+            f"(Student's t). {meanings}."
+        ),
+        alternative=f"Curves by generation for each condition: {meanings}.",
+        figure=draw_shares(shares),
+        table=tabulate_shares(shares),
+    )
+
+
+@styled
+def draw_shares(shares: xr.Dataset) -> Figure:
+    """Draw shares by generation: the mean over runs and its 95 % interval (Student's t).
+
+    `shares`: a variable for each share, 0 to 1, as (condition, run, generation). The figure has a
+    panel per condition.
+    """
+    conditions = style_conditions(shares)
+    figure, panels = make_panels(
+        len(conditions), MAX_COLUMNS, PANEL_HEIGHT, LEGEND_HEIGHT, sharey=True
+    )
+    styles = {str(name): choose_style(index) for index, name in enumerate(shares)}
+    for axes, condition in zip(panels.flat, conditions, strict=False):
+        axes.set_title(condition.name, loc="left", fontweight="bold")
+        for name, style in styles.items():
+            interval = interval_of_mean(shares[name].sel(condition=condition.name))
+            draw_curve(axes, interval, style)
+        axes.set_ylim(-0.025, 1.025)
+        label_generations(axes)
+    for row in panels:
+        row[0].set_ylabel("share")
+    draw_legend(figure, styles)
+    return figure

@@ -1,0 +1,175 @@
+"""Tables of pages: a heading for each column, and rows of cells that are text or Markup.
+
+The macro `table` of ``report/macros.html`` is the only one that writes their HTML.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from markupsafe import Markup
+
+from baldwinlab.analysis.claim_results import ClaimResult, Finding
+from baldwinlab.analysis.report import phrases
+from baldwinlab.analysis.report.content import find_weakest_findings
+from baldwinlab.analysis.statistics.comparisons import Pairs
+from baldwinlab.analysis.statistics.contrast_table import (
+    HEADINGS,
+    NUMBER_HEADINGS,
+    format_comparison,
+    list_cells,
+)
+from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.papers.claims import KINDS
+
+MARKS: Final[Mapping[str, str]] = {
+    "holds": "✓",
+    "does not hold": "✗",
+    "undecided": "?",
+    "not evaluated": "–",
+    "yes": "✓",
+    "no": "✗",
+    "opposite": "✗",
+    "equivalent": "=",
+    "unstable": "~",
+    "not measured": "–",
+    "not measurable": "–",
+    "higher": "▲",
+    "lower": "▼",
+    "too few runs": "?",
+}
+# CSS classes of the columns of a comparison. The other columns have numbers, each on one line.
+COMPARISON_CLASSES: Final = {"condition": "", "verdict": "plain", "effect": "measured"}
+
+Cells = Sequence[Any]
+
+
+class Table(NamedTuple):
+    """A table of a page. Each group of rows is a `tbody`, and its heading is the first column."""
+
+    label: str  # Name for screen readers.
+    columns: Mapping[str, str]  # The CSS class of the cells by heading, such as "right".
+    groups: Sequence[tuple[Any, Sequence[Cells]]]  # Headings, and rows without their headings.
+    style: str = "numbers"  # CSS classes. The rows of "claims" are blocks on a phone.
+    caption: str = ""  # Shown above the table.
+
+
+def tabulate(
+    label: str, texts: Iterable[str], numbers: Iterable[str], rows: Iterable[Cells]
+) -> Table:
+    """Return a table with columns of texts, then of numbers. A row begins with its heading."""
+    columns = dict.fromkeys(texts, "") | dict.fromkeys(numbers, "right")
+    return Table(label, columns, [(heading, [cells]) for heading, *cells in rows])
+
+
+def badge(verdict: str) -> Markup:
+    """Return the verdict of a claim, a comparison or a measurement, with its mark."""
+    return Markup('<span class="verdict {}"><span aria-hidden="true">{}</span> {}</span>').format(
+        verdict.replace(" ", "-"), MARKS[verdict], verdict
+    )
+
+
+def show_verdict(entry: Any) -> Markup:
+    """Return the badge of an entry with a label, and whether its verdict is unstable."""
+    labels = [entry.label, *["unstable"] * entry.is_unstable]
+    return Markup(" ").join(map(badge, labels))
+
+
+def add_detail(text: str, *details: str) -> Markup:
+    """Return a text with smaller details, those that are not empty."""
+    detail = "; ".join(filter(None, details))
+    return Markup("{} <small>{}</small>").format(text, detail) if detail else Markup.escape(text)
+
+
+def emphasize(text: str, *details: str) -> Markup:
+    """Return a text in bold with smaller details."""
+    return add_detail(Markup("<strong>{}</strong>").format(text), *details)
+
+
+def columns_of_comparisons(headings: Mapping[str, str]) -> dict[str, str]:
+    """Return columns of a table in the style "claims", by headings of `contrast_table`."""
+    return {heading: COMPARISON_CLASSES.get(key, "plain") for key, heading in headings.items()}
+
+
+def number_cells(numbers: Any, p_holm: float, *details: str) -> list[Any]:
+    """Return the cells of a comparison for the columns `NUMBER_HEADINGS`."""
+    cells: dict[str, Any] = dict(format_comparison(numbers, p_holm))
+    return [*(cells | {"effect": emphasize(cells["effect"], *details)}).values()]
+
+
+def describe_medians(pairs: Pairs) -> str:
+    """Return the medians of both samples."""
+    return f"{format_number(pairs.median_a)}; compared with {format_number(pairs.median_b)}"
+
+
+def tabulate_contrasts(contrasts: Contrasts) -> Table:
+    """Return the table of the comparisons of conditions."""
+    groups = []
+    for contrast, texts in zip(contrasts.rows, list_cells(contrasts), strict=True):
+        cells = texts | {
+            "verdict": badge(texts["verdict"]),
+            "effect": emphasize(texts["effect"], contrast.note),
+        }
+        heading = emphasize(texts["condition"], texts["context"])
+        groups.append((heading, [[cells[key] for key in HEADINGS if key != "condition"]]))
+    label = "Comparisons of conditions"
+    return Table(label, columns_of_comparisons(HEADINGS), groups, "claims")
+
+
+def tabulate_claims(results: Sequence[ClaimResult]) -> Table:
+    """Return the table of the claims with their weakest findings, and the values of the paper."""
+    headings = {"condition": "Claim", "verdict": "Verdict", **NUMBER_HEADINGS}
+    columns = columns_of_comparisons(headings)
+    if any(result.claim.of_paper for result in results):
+        columns["Paper"] = "paper"
+    groups = []
+    for result in results:
+        findings = find_weakest_findings(result)
+        rows = [_finding_cells(finding) for finding in findings]
+        if not rows:
+            dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
+            rows = [[badge(result.verdict), add_detail("", result.why_not), *dashes]]
+        if "Paper" in columns:
+            paper = add_detail(result.claim.paper, phrases.describe_distance(result))
+            for index, row in enumerate(rows):
+                row.append("" if index else paper)
+        groups.append((_head_claim(result, len(findings)), rows))
+    return Table("Claims", columns, groups, "claims")
+
+
+def _head_claim(result: ClaimResult, n_parts: int) -> Markup:
+    claim = result.claim
+    name = Markup("<strong>{}</strong> {}").format(claim.id, claim.title)
+    heading = add_detail(name, f"{claim.text} ({KINDS[claim.kind][0]})")
+    return heading + (Markup("All parts: ") + badge(result.label) if n_parts > 1 else "")
+
+
+def _finding_cells(finding: Finding) -> list[Any]:
+    details = (phrases.describe_comparison(finding), finding.note)
+    return [show_verdict(finding), *number_cells(finding.numbers, finding.p_holm, *details)]
+
+
+def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
+    """Return the table of all comparisons of the claims, with medians and test statistics."""
+    rows = []
+    for result in results:
+        for finding in result.findings:
+            comparison, numbers = finding.comparison, finding.numbers
+            medians = [numbers.median_a, numbers.median_b][: 2 if numbers.n_b else 1]
+            rows.append(
+                [
+                    result.claim.id,
+                    show_verdict(finding),
+                    comparison.a,
+                    comparison.reference,
+                    phrases.name_measure(finding),
+                    ", ".join(map(format_number, medians)),
+                    format_number(numbers.u),
+                    *format_comparison(numbers, finding.p_holm).values(),
+                ]
+            )
+    texts = ("Claim", "Verdict", "Condition", "Compared with", "Measure")
+    numbers_headings = ("Medians", "U", *NUMBER_HEADINGS.values())
+    return tabulate("All comparisons", texts, numbers_headings, rows)
