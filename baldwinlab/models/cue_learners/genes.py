@@ -10,7 +10,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ONE
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
-from baldwinlab.parts import Variation
+from baldwinlab.models.discrete_variation import DiscreteVariation
 
 # Number of kinds of units.
 N_KINDS: Final = 6
@@ -32,7 +32,7 @@ def draw_allele(gene: int, n_units: int, draw: float) -> Any:
     return np.float32(int(2 * draw))
 
 
-class OnePointOfUnits(Variation, name="one-point-of-units"):
+class OnePointOfUnits(DiscreteVariation, name="one-point-of-units"):
     """One-point crossover of units and links; then each gene can be drawn anew.
 
     Only for the model `cue-learners`.
@@ -42,9 +42,8 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     Todd and Miller 1991.
     """
 
-    settings = ("mutation_rate",)
     derived = {
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        **DiscreteVariation.derived,
         "units": lambda part, experiment: int(experiment.model_part.units),
     }
 

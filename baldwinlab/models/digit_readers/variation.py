@@ -9,7 +9,8 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ZERO
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import Field, Variation
+from baldwinlab.models.discrete_variation import DiscreteVariation
+from baldwinlab.parts import Field
 
 BITS_PER_WEIGHT: Final = 4
 # Number of levels of a weight.
@@ -20,7 +21,7 @@ LEVEL_STEP: Final = np.float32(4 / 15)
 MAX_LEVEL: Final = np.float32(N_LEVELS - 1)
 
 
-class FourBitWeights(Variation, name="four-bit-weights"):
+class FourBitWeights(DiscreteVariation, name="four-bit-weights"):
     """Copy of one parent, or one-point crossover, of four-bit weights; each bit can flip.
 
     A weight is -2 + k * 4/15 for k from 0 to 15.
@@ -33,8 +34,6 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    settings = ("mutation_rate",)
-    derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
     def vary(
