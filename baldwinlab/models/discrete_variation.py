@@ -1,4 +1,4 @@
-"""Variation operators of bits and of the alleles 0, 1 and ?."""
+"""Variation operators of discrete genes: bits, and the alleles 0, 1 and ?."""
 
 from __future__ import annotations
 

@@ -106,8 +106,7 @@ def make_blocks(function: str, encoding: str) -> Blocks:
 
 def _best_early_fitness(runs: xr.Dataset) -> xr.DataArray:
     """Return the best fitness in the early generation, or in the last of shorter runs."""
-    generation = min(EARLY_GENERATION, runs.sizes["generation"] - 1)
-    return runs["learned"].isel(generation=generation).max("agent")
+    return kit.select_generation(runs["learned"], EARLY_GENERATION).max("agent")
 
 
 class FunctionClimbers(Model, name="function-climbers"):

@@ -30,8 +30,7 @@ UNSET_ALLELE: Final = 0.5
 # Tables of `Model.alleles`.
 BITS: Final[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
 BITS_AND_UNSET: Final[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-# A generation number for the random numbers of an environment that is the same in all generations
-# of a run. No lifetime uses it.
+# Generation number of the random numbers that all generations of a run share.
 ENVIRONMENT_GENERATION: Final = 2**32 - 1
 # Limit of an exponent, which prevents overflow.
 MAX_EXPONENT: Final = 300.0
@@ -44,6 +43,14 @@ def draw_lifetimes(
 ) -> Numbers:
     """Draw the random numbers of lifetimes [run, *shape]: the first of four numbers each."""
     return np.stack([uniforms(seed, run, generation, LIFE, shape)[:, :, 0] for run in runs])
+
+
+def draw_environment(seed: int, run: int, shape: tuple[int, int], stream: int = 0) -> Numbers:
+    """Draw random numbers that all generations of a run share, [*shape, 4].
+
+    Numbers of different streams are independent. No lifetime uses any of them.
+    """
+    return uniforms(seed, run, ENVIRONMENT_GENERATION - stream, LIFE, shape)
 
 
 def draw_bits(key: GenerationKey, agents: int, bits: int) -> Genomes:
@@ -113,11 +120,14 @@ def mean_at(record: str, generation: int, dtype: type[np.floating] | None = None
     """
 
     def average(runs: xr.Dataset) -> xr.DataArray:
-        last_generation = runs.sizes["generation"] - 1
-        values = runs[record].isel(generation=min(generation, last_generation))
-        return _convert(values, dtype).mean("agent")
+        return _convert(select_generation(runs[record], generation), dtype).mean("agent")
 
     return average
+
+
+def select_generation(record: xr.DataArray, generation: int) -> xr.DataArray:
+    """Return a record in a generation, or in the last generation of a shorter run."""
+    return record.isel(generation=min(generation, record.sizes["generation"] - 1))
 
 
 def mean_of_last_generation(record: str) -> Average:

@@ -49,11 +49,8 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# Generation numbers of the random numbers for the landscape, for the founders and for the start of
-# learning. No lifetime uses these numbers.
-LANDSCAPE_GENERATION: Final = kit.ENVIRONMENT_GENERATION
-FOUNDER_GENERATION: Final = LANDSCAPE_GENERATION - 1
-START_GENERATION: Final = LANDSCAPE_GENERATION - 2
+# Streams of random numbers for the landscape, for the founders and for the start of learning.
+LANDSCAPE_STREAM, FOUNDER_STREAM, START_STREAM = range(3)
 # Maximum length of a string. All strings are evaluated to scale the landscape, so the number of
 # strings must be small.
 MAX_BITS: Final = 16
@@ -68,7 +65,7 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
     # A table has a number for each combination of a bit and its links.
     table_size = 2 ** (n_links + 1)
     # Row i has the table of bit i (column 0), and an order of all bits (column 1).
-    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (bits, max(bits, table_size)))
+    draws = kit.draw_environment(seed, run, (bits, max(bits, table_size)), LANDSCAPE_STREAM)
     strings = np.arange(2**bits)
     total = np.zeros(2**bits)
     for bit in range(bits):
@@ -192,7 +189,7 @@ class NKClimbers(Model, name="nk-climbers"):
         return self.bits
 
     def founders(self, agents: int, key: Any) -> kit.Genomes:
-        draws = uniforms(key.seed, key.run, FOUNDER_GENERATION, LIFE, (1, self.bits))[0, :, 0]
+        draws = kit.draw_environment(key.seed, key.run, (1, self.bits), FOUNDER_STREAM)[0, :, 0]
         return np.broadcast_to((draws < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
@@ -201,7 +198,7 @@ class NKClimbers(Model, name="nk-climbers"):
         if n_random == 0 or self.trials == 0:
             return strings.copy()
         # Column 0 orders the loci, column 1 has the random bits.
-        draws = uniforms(seed, run, START_GENERATION, LIFE, (1, self.bits))[0]
+        draws = kit.draw_environment(seed, run, (1, self.bits), START_STREAM)[0]
         random_loci = np.argsort(draws[:, 0])[:n_random]
         mask = int((1 << random_loci).sum())
         random_string = int((1 << np.flatnonzero(draws[:, 1] < 0.5)).sum())

@@ -127,6 +127,6 @@ class TwoStateForager(Model, name="two-state-forager"):
 
     def first_state(self, seed: int, run: int, generation: int) -> int:
         """Return the shared first state of a generation; it is 1 in generation 0."""
-        draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (1, generation + 1))[0, 1:, 0]
+        draws = kit.draw_environment(seed, run, (1, generation + 1))[0, 1:, 0]
         n_changes = int((draws >= self.between_persistence).sum())
         return (1 + n_changes) % 2

@@ -247,7 +247,7 @@ class Model(Part):
         return LifeResults(
             energy=energy,
             cost=np.zeros_like(energy) if cost is None else cost,
-            learned=None if learned is None else learned.astype(np.float32),
+            learned=None if learned is None else learned.astype(np.float32, copy=False),
             records={
                 name: np.array(values, self.records[name].dtype) for name, values in records.items()
             },

@@ -11,7 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
 from baldwinlab.experiment import assign
-from baldwinlab.models.kit import ENVIRONMENT_GENERATION
+from baldwinlab.models.kit import draw_environment
 from baldwinlab.models.two_state_forager import TwoStateForager
 from baldwinlab.parts import LIFE, uniforms
 from tests.models.runs import simulate_runs
@@ -57,7 +57,7 @@ def test_a_lifetime_agrees_with_plain_python(shared: bool, learning: bool) -> No
     assert results.learned is not None
     draws = uniforms(7, 3, 5, LIFE, (40, 6))[:, :, 0]
     state = 1
-    for draw in uniforms(7, 3, ENVIRONMENT_GENERATION, LIFE, (1, 6))[0, 1:, 0]:
+    for draw in draw_environment(7, 3, (1, 6))[0, 1:, 0]:
         state = state if draw < 0.4 else 1 - state
     for agent in range(40):
         agent_draws = draws[0 if shared else agent]

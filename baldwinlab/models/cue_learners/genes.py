@@ -9,7 +9,8 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ONE
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
-from baldwinlab.parts import Mating, Variation
+from baldwinlab.models.discrete_variation import DiscreteVariation
+from baldwinlab.parts import Mating
 
 # Number of kinds of units.
 N_KINDS: Final = 6
@@ -31,7 +32,7 @@ def draw_allele(gene: int, n_units: int, draw: float) -> Any:
     return np.float32(int(2 * draw))
 
 
-class OnePointOfUnits(Variation, name="one-point-of-units"):
+class OnePointOfUnits(DiscreteVariation, name="one-point-of-units"):
     """One-point crossover of units and links; then each gene can be drawn anew.
 
     Only for the model `cue-learners`.
@@ -41,7 +42,6 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     Todd and Miller 1991.
     """
 
-    reads = ("mutation_rate",)
     derived = {
         "units": lambda part, experiment: int(experiment.model_part.units),
     }

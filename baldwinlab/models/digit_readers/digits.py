@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.models import kit
-from baldwinlab.parts import LIFE, uniforms
 
 # Number of pixels of an image, 5 by 7.
 N_PIXELS = 35
@@ -45,7 +44,7 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
     """
     n_images = N_SETS * N_DIGITS * copies
     # [image, pixel]: the first of four numbers.
-    draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (n_images, N_PIXELS))[:, :, 0]
+    draws = kit.draw_environment(seed, run, (n_images, N_PIXELS))[:, :, 0]
     is_inverted = draws < noise
     clean_set = np.repeat(read_bitmaps(), copies, axis=0)
     clean_images = np.tile(clean_set, (N_SETS, 1))

@@ -8,11 +8,8 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ZERO
-from baldwinlab.parts import (
-    Field,
-    Mating,
-    Variation,
-)
+from baldwinlab.models.discrete_variation import DiscreteVariation
+from baldwinlab.parts import Field, Mating
 
 BITS_PER_WEIGHT: Final = 4
 # Number of levels of a weight.
@@ -23,7 +20,7 @@ LEVEL_STEP: Final = np.float32(4 / 15)
 MAX_LEVEL: Final = np.float32(N_LEVELS - 1)
 
 
-class FourBitWeights(Variation, name="four-bit-weights"):
+class FourBitWeights(DiscreteVariation, name="four-bit-weights"):
     """Copy of one parent, or one-point crossover, of four-bit weights; each bit can flip.
 
     A weight is -2 + k * 4/15 for k from 0 to 15.
@@ -36,7 +33,6 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
-    reads = ("mutation_rate",)
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:

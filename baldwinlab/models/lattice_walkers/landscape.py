@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 
 from baldwinlab.models import kit
-from baldwinlab.parts import LIFE, uniforms
 
 Fitness = kit.Numbers
 
@@ -19,7 +18,7 @@ def make_landscape(seed: int, run: int, length: int, slope: float, roughness: fl
     `slope`: mean relative increase of fitness per position. The first position has 1. The array is
     read-only.
     """
-    draws = uniforms(seed, run, kit.ENVIRONMENT_GENERATION, LIFE, (length, 1))[:, 0, 0]
+    draws = kit.draw_environment(seed, run, (length, 1))[:, 0, 0]
     factors = 1 + slope + roughness * (2 * draws - 1)
     factors[0] = 1.0
     fitness: Fitness = factors.cumprod()
