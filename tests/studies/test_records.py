@@ -114,8 +114,8 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
         (write_different_record(generations=4), OTHER_EXPERIMENT),
         (write_different_record(rate=0.5), OTHER_EXPERIMENT),
-        (cut_record, ""),
-        (rename_attribute, ""),
+        (cut_record, "its checksum does not fit its content"),
+        (rename_attribute, "its checksum does not fit its content"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
