@@ -16,7 +16,7 @@ from baldwinlab.core.errors import RefusedError
 EXTRA_PURPOSES: Final = {
     "cuda": "simulation on an NVIDIA GPU",
     "cluster": "studies on a Dask or Slurm cluster, and in remote storage",
-    "exchange": "export to Zarr, Parquet, polars, tskit, ONNX and RO-Crates",
+    "exchange": "export to formats of third-party libraries",
     "lab": "the lab in the browser",
     "notebook": "the notebooks",
     "rl": "environments of PettingZoo and Gymnasium",

@@ -115,7 +115,7 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         (write_different_record(generations=4), OTHER_EXPERIMENT),
         (write_different_record(rate=0.5), OTHER_EXPERIMENT),
         (cut_record, "its checksum does not fit its content"),
-        (rename_attribute, ""),
+        (rename_attribute, "its checksum does not fit its content"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
