@@ -25,15 +25,15 @@ from baldwinlab.parts.breeding import uses_run_arrays
 from baldwinlab.simulation.simulate import check_seed
 
 # The module that the page starts with.
-FIRST_MODULE: Final = "live_page.js"
+FIRST_MODULE: Final = "engine/live_page.js"
 STYLES: Final = ("vendor/uPlot.min.css", "base.css", "lab.css")
 # The modules of a worker, in this order.
 WORKER_MODULES: Final = (
-    "engine.js",
-    "simulation.js",
-    "lifetime_recorder.js",
-    "frame_recorder.js",
-    "engine_worker.js",
+    "engine/engine.js",
+    "engine/simulation.js",
+    "engine/lifetime_recorder.js",
+    "engine/frame_recorder.js",
+    "engine/engine_worker.js",
 )
 MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000

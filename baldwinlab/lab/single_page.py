@@ -17,8 +17,8 @@ from baldwinlab.analysis import palette
 
 STATIC_FOLDER = Path(__file__).parent / "static"
 # The first module and the style sheets of a page that replays lifetimes.
-REPLAY_MODULE = "replay_page.js"
-REPLAY_STYLES = ("base.css", "replay.css")
+REPLAY_MODULE = "replay/replay_page.js"
+REPLAY_STYLES = ("base.css", "replay/replay.css")
 _IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
 
 
@@ -55,7 +55,7 @@ def make_environment() -> Environment:
 def collect_modules(first_module: str) -> dict[str, str]:
     """Return the code of a module and of all modules that it imports.
 
-    Names such as "lab/world.js" do not depend on the address of the page.
+    Names such as "lab/world/world_view.js" do not depend on the address of the page.
     """
     modules: dict[str, str] = {}
     pending = [first_module]

@@ -50,7 +50,7 @@ def run_in_node(
     node = shutil.which("node")
     if node is None:
         pytest.skip("Node is not installed")
-    for name in ("engine.js", "simulation.js"):
+    for name in ("engine/engine.js", "engine/simulation.js"):
         shutil.copy(single_page.STATIC_FOLDER / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(SCRIPT.replace("FUNCTION", function))

@@ -97,9 +97,12 @@ def test_a_shared_page_references_no_external_file(lab_server: LabServer) -> Non
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
     modules = single_page.collect_modules(single_page.REPLAY_MODULE)
-    assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(
-        modules
-    )
+    assert {
+        "lab/replay/replay_page.js",
+        "lab/world/world_view.js",
+        "lab/world/recording.js",
+        "lab/world/player.js",
+    } <= set(modules)
     for name, code in modules.items():
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
         assert set(imported) <= set(modules), name

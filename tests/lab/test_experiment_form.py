@@ -135,7 +135,7 @@ def test_values_without_a_known_type_are_shown_as_text(page: Page) -> None:
     page.goto("/")
     page.evaluate(
         """async () => {
-          const { createForm } = await import("/form.js");
+          const { createForm } = await import("/live/form.js");
           const properties = { known: { type: "number" }, odd: { type: "object" }, any: {} };
           const unknown = { odd: { deep: [1, 2] }, any: { it: 3 }, strange: { table: "is text" } };
           const schema = { properties };

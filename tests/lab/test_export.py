@@ -126,7 +126,7 @@ def test_a_page_is_small_and_references_no_external_file() -> None:
 
 
 def test_a_page_contains_every_module_that_it_imports() -> None:
-    modules = single_page.collect_modules("live_page.js")
+    modules = single_page.collect_modules("engine/live_page.js")
     for name, code in modules.items():
         assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(modules), (
             name

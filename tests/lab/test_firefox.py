@@ -49,7 +49,7 @@ def test_maps_are_large_enough_with_two_worlds_and_an_agent_inspector(
             browser.wait_for(f"{element} !== null")
             browser.evaluate(f"{element}.click()")
         browser.wait_for(f"document.querySelectorAll('[data-ready]').length === {worlds}")
-        check_layout(browser.evaluate(f"({MEASURE})('/world.js')"), worlds)
+        check_layout(browser.evaluate(f"({MEASURE})('/world/world_view.js')"), worlds)
     browser.wait_for("document.querySelector('.inside table') !== null")
 
 
@@ -63,7 +63,7 @@ def test_a_shared_page_plays_from_its_file(
     path.write_bytes(get_response(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
     browser.wait_for(f"{STEP} === '40 / 299'")
-    check_layout(browser.evaluate(f"({MEASURE})('lab/world.js')"), 1)
+    check_layout(browser.evaluate(f"({MEASURE})('lab/world/world_view.js')"), 1)
 
 
 @pytest.mark.parametrize("name", ["evo+self-taught/A", "evo/B"])

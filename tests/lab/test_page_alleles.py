@@ -263,5 +263,5 @@ def test_bars_are_large_enough_and_every_control_is_reachable(
     with open_window(browser, width, height, dots) as page:
         page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
         assert page.locator(".allele-bar").first.evaluate("bar => bar.clientHeight") >= 160
-        check_controls(page.evaluate(MEASURE, "/world.js"))
+        check_controls(page.evaluate(MEASURE, "/world/world_view.js"))
         expect(page.get_by_test_id("alleles")).to_be_in_viewport(ratio=0.9)

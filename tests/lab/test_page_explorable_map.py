@@ -36,9 +36,9 @@ def make_own_map() -> dict[str, Any]:
 
 RUN_MAP = """async settings => {
   const { applyMap, adaptProgram } = await import("lab/explorable/map_settings.js");
-  const { findProgram } = await import("lab/program_table.js");
+  const { findProgram } = await import("lab/engine/program_table.js");
   const data = JSON.parse(document.getElementById("data").textContent);
-  const { WorkerPool } = await import("lab/worker_pool.js");
+  const { WorkerPool } = await import("lab/engine/worker_pool.js");
   const pool = new WorkerPool(document.getElementById("worker").textContent, []);
   const experiment = applyMap(data.scenes.map.experiment, settings);
   experiment.evolution.generations = 3;

@@ -169,7 +169,10 @@ def test_the_world_is_on_the_first_screen_after_start(
     touch_page.get_by_test_id("start").click()
     expect(touch_page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
     expect(touch_page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
-    assert touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "lab/world.js") >= MIN_EDGE
+    assert (
+        touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "lab/world/world_view.js")
+        >= MIN_EDGE
+    )
 
 
 def test_the_world_tab_opens_with_learners_and_controls_of_the_newest_study(
@@ -215,12 +218,17 @@ def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(
     expect(touch_page.locator("[data-ready]")).to_have_count(1)
     for size in SIZES.values():
         resize(touch_page, size)
-        assert touch_page.get_by_test_id("world-a").evaluate(ROWS, "/world.js") >= MIN_EDGE, size
+        assert (
+            touch_page.get_by_test_id("world-a").evaluate(ROWS, "/world/world_view.js") >= MIN_EDGE
+        ), size
     resize(touch_page, LANDSCAPE)
     touch_page.goto(f"/#/world?{LIFE}&b.condition=evo/A")
     expect(touch_page.locator("[data-ready]")).to_have_count(2)
     for name in "ab":
-        assert touch_page.get_by_test_id(f"world-{name}").evaluate(ROWS, "/world.js") >= MIN_EDGE
+        assert (
+            touch_page.get_by_test_id(f"world-{name}").evaluate(ROWS, "/world/world_view.js")
+            >= MIN_EDGE
+        )
     # The controls are in a column next to the maps.
     for name in ("play", "condition-a"):
         expect(touch_page.get_by_test_id(name)).to_be_in_viewport(ratio=1)

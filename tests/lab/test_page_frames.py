@@ -158,7 +158,7 @@ def test_an_exported_page_counts_as_the_server(offline_page: Page, tmp_path: Pat
 
 
 REQUEST = """async window_ => {
-  const { getBinary } = await import("lab/common.js");
+  const { getBinary } = await import("lab/core/common.js");
   const live = new URLSearchParams(location.hash.split("?")[1]).get("id");
   const query = new URLSearchParams({
     live, run: 0, generation: 0, first: 20, count: 1, ...window_,

@@ -60,7 +60,7 @@ def open_window(
         yield context.new_page()
 
 
-def check_page_layout(page: Page, maps: int, module: str = "/world.js") -> None:
+def check_page_layout(page: Page, maps: int, module: str = "/world/world_view.js") -> None:
     """Check the size of the maps, the width of the page, and the controls."""
     check_layout(page.evaluate(MEASURE, module), maps)
 
@@ -134,10 +134,10 @@ def test_the_maps_of_a_shared_page_are_large_enough(
             page.goto(path.as_uri())
             expect(page.get_by_test_id("replay-step")).to_have_text("40 / 299")
             expect(page.get_by_test_id("replay-play")).to_be_in_viewport()
-            check_page_layout(page, n_worlds, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world/world_view.js")
             page.get_by_test_id("replay-canvas-agent").first.select_option("3")
             page.locator("summary").click()
-            check_page_layout(page, n_worlds, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world/world_view.js")
 
 
 @pytest.mark.nightly

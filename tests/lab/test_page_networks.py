@@ -19,7 +19,7 @@ from tests.worlds import make_small_experiment
 pytestmark = pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
 # Draw a network of layers, and return the texts and the arcs.
 DRAWN = """async ({ net }) => {
-    const { drawNetwork } = await import("/network.js");
+    const { drawNetwork } = await import("/inspector/network.js");
     const pen = document.createElement("canvas").getContext("2d");
     const words = [];
     const arcs = [];
@@ -32,7 +32,7 @@ DRAWN = """async ({ net }) => {
 
 # Draw a network without layers. Return the texts, and count the lines, columns and units.
 GRAPH = """async ({ net }) => {
-    const { drawNetwork } = await import("/network.js");
+    const { drawNetwork } = await import("/inspector/network.js");
     const pen = document.createElement("canvas").getContext("2d");
     const words = [];
     const lines = [];

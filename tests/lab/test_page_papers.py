@@ -166,7 +166,7 @@ def test_cards_fit_in_every_window(
     with open_window(browser, width, height, dots, papers_server) as page:
         page.goto("/#/papers")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
-        check_controls(page.evaluate(MEASURE, "/world.js"))
+        check_controls(page.evaluate(MEASURE, "/world/world_view.js"))
 
 
 def test_the_tab_has_no_barriers(themed_page: Page, papers_server: LabServer) -> None:

@@ -297,8 +297,8 @@ def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
     page.goto("/#/results")
     values = page.evaluate(
         """async () => {
-            const { computeBoxStatistics } = await import("/box_chart.js");
-            const { chooseTicks } = await import("/drawing.js");
+            const { computeBoxStatistics } = await import("/charts/box_chart.js");
+            const { chooseTicks } = await import("/core/drawing.js");
             return [
                 computeBoxStatistics([9, 1, 2, 3, 4, 100]),
                 chooseTicks(0, 437),
@@ -319,7 +319,7 @@ def test_the_range_of_an_axis_includes_0_and_all_numbers(page: Page) -> None:
     page.goto("/#/results")
     ranges = page.evaluate(
         """async () => {
-            const { computeRange } = await import("/drawing.js");
+            const { computeRange } = await import("/core/drawing.js");
             const lists = [[[-50]], [[2, 7], [-1]], [[0, 0]], [[null, NaN]], [], [[null, 5, NaN]]];
             return lists.map(numbers => computeRange(...numbers));
         }"""

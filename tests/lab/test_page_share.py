@@ -22,7 +22,7 @@ SECOND_WORLD = {f"b.{name}": value for name, value in (SMALL | {"condition": "ev
 
 # Record the worlds that a shared page draws. The page has no interface for tests.
 RECORDER = """async () => {
-    const { WorldView } = await import("lab/world.js");
+    const { WorldView } = await import("lab/world/world_view.js");
     const draw = WorldView.prototype.draw;
     globalThis.drawn = [];
     WorldView.prototype.draw = function (...values) {

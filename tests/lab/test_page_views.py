@@ -178,7 +178,7 @@ def test_views_fit_in_every_window(
         for query in (f"{CELLS}&step=9", f"{PATH}&look=climb", MATRIX):
             page.goto(f"/#/world?{query}")
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
-            check_controls(page.evaluate(MEASURE, "/world.js"))
+            check_controls(page.evaluate(MEASURE, "/world/world_view.js"))
             # The selected option is legible.
             menus = "[data-testid=condition-a]:visible, [data-testid=agent-a]:visible"
             for menu in page.locator(menus).all():

@@ -36,7 +36,7 @@ def read_state(page: Page) -> dict[str, Any]:
     """Return the query of the address, without the delay of its updates."""
     state: dict[str, Any] = page.evaluate(
         """async () => {
-          const { formatAddress } = await import("/address.js");
+          const { formatAddress } = await import("/core/address.js");
           return Object.fromEntries(new URLSearchParams(formatAddress().split("?")[1]));
         }"""
     )
@@ -240,7 +240,7 @@ def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
 ) -> None:
     open_world(page)
     page.evaluate("""async () => {
-        const { navigate } = await import("/address.js");
+        const { navigate } = await import("/core/address.js");
         // This update of the address is delayed.
         navigate({ step: 17 });
         location.hash = "#/results";

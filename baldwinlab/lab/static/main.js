@@ -1,19 +1,25 @@
 /** The page: select the view from the address. */
 
-import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
-import { el, getJSON, showUnhandledErrors } from "./common.js";
-import { Guide } from "./guide.js";
-import { watchServer } from "./heartbeat.js";
-import { PRESETS } from "./sources.js";
-import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./topics.js";
+import {
+  formatAddress,
+  getCurrentView,
+  navigate,
+  readAddress,
+  setCurrentView,
+} from "./core/address.js";
+import { el, getJSON, showUnhandledErrors } from "./core/common.js";
+import { Guide } from "./core/guide.js";
+import { watchServer } from "./core/heartbeat.js";
+import { PRESETS } from "./core/sources.js";
+import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/topics.js";
 
 const VIEWS = {
-  papers: { title: "Papers", load: () => import("./view_papers.js"), summary: PAPERS },
+  papers: { title: "Papers", load: () => import("./papers/view_papers.js"), summary: PAPERS },
   world: {
     title: "World",
     hasStudy: true,
     simulates: true,
-    load: () => import("./view_world.js"),
+    load: () => import("./world/view_world.js"),
     // The recording provides the details.
     summary: WORLD,
   },
@@ -27,7 +33,7 @@ const VIEWS = {
   results: {
     title: "Results",
     hasStudy: true,
-    load: () => import("./view_results.js"),
+    load: () => import("./results/view_results.js"),
     summary: RESULTS,
     topics: RESULTS_TOPICS,
   },
@@ -88,9 +94,9 @@ async function show() {
 /** Load the Live run tab with the agent inspector, which exported pages do not have. */
 async function loadLiveView() {
   const [view, { Inspector }, { setInspector }] = await Promise.all([
-    import("./view_live.js"),
-    import("./inspector.js"),
-    import("./live_world.js"),
+    import("./live/view_live.js"),
+    import("./inspector/inspector.js"),
+    import("./live/live_world.js"),
   ]);
   setInspector(Inspector);
   return view;

@@ -1,8 +1,8 @@
 /** Curves of the essay: the mean number of eaten items per agent, by generation. */
 
-import { LineChart } from "../charts.js";
-import { selectSeriesStyle } from "../chart_series.js";
-import { computeMean } from "../quantiles.js";
+import { LineChart } from "../charts/charts.js";
+import { selectSeriesStyle } from "../charts/chart_series.js";
+import { computeMean } from "../charts/quantiles.js";
 
 const HEIGHT = 280;
 

@@ -1,6 +1,6 @@
 /** Pictures of evolution: a map with a curve, curves of several populations, and the fork. */
 
-import { el, formatNumber } from "../common.js";
+import { el, formatNumber } from "../core/common.js";
 import { Curves } from "./curves.js";
 import { Figure, formatText } from "./figure.js";
 import { createPlayer, MapView } from "./map_view.js";

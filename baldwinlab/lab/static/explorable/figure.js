@@ -1,6 +1,6 @@
 /** A picture of the essay: it plays while it is in sight, and its button pauses it. */
 
-import { createButton, el } from "../common.js";
+import { createButton, el } from "../core/common.js";
 
 // Milliseconds after the last change of a dial.
 const DIAL_DELAY = 200;

@@ -1,6 +1,6 @@
 /** Pictures of lifetimes: agents that look for food, and the same agents with learning off. */
 
-import { el } from "../common.js";
+import { el } from "../core/common.js";
 import { Figure } from "./figure.js";
 import { createPlayer, findBestAgent, MapView } from "./map_view.js";
 
@@ -54,7 +54,7 @@ class LifeFigure extends Figure {
   /**
    * Return the simulated lifetimes, one per map.
    * @abstract
-   * @returns {Promise<import("../recording.js").Recording[]>}
+   * @returns {Promise<import("../world/recording.js").Recording[]>}
    */
   loadLives() {
     throw new Error("A subclass defines the lifetimes.");
@@ -63,7 +63,7 @@ class LifeFigure extends Figure {
   /**
    * Return the recorded lifetimes, one per map.
    * @abstract
-   * @returns {Promise<import("../recording.js").Recording[]>}
+   * @returns {Promise<import("../world/recording.js").Recording[]>}
    */
   loadRecordedLives() {
     throw new Error("A subclass defines the lifetimes.");

@@ -1,6 +1,6 @@
 /** The editor of a map: rectangles that the pointer draws, or that number fields describe. */
 
-import { createButton, el } from "../common.js";
+import { createButton, el } from "../core/common.js";
 import { formatText } from "./figure.js";
 import { createShape, KINDS, MAP_SIZE, MAX_SHAPES } from "./map_settings.js";
 

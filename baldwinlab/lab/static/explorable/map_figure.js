@@ -1,8 +1,8 @@
 /** The reader's own experiment: an editor, settings, a run, a link, and the command. */
 
-import { createButton, createField, el } from "../common.js";
+import { createButton, createField, el } from "../core/common.js";
 import { EvolutionFigure } from "./evolution_figures.js";
-import { fillTemplate, findProgram } from "../program_table.js";
+import { fillTemplate, findProgram } from "../engine/program_table.js";
 import { MapEditor } from "./map_editor.js";
 import {
   adaptProgram,

@@ -1,6 +1,6 @@
 /** The reader's own map and settings: link, experiment, compiled module and command. */
 
-import { applyChanges } from "../experiment_changes.js";
+import { applyChanges } from "../core/experiment_changes.js";
 
 export const KINDS = ["food", "wall", "poison"];
 export const MAX_SHAPES = 16;

@@ -1,8 +1,8 @@
 /** A map of the essay, with its caption and the number of eaten items. */
 
-import { el, formatNumber, setText } from "../common.js";
-import { WorldView } from "../world.js";
-import { Player } from "../player.js";
+import { el, formatNumber, setText } from "../core/common.js";
+import { WorldView } from "../world/world_view.js";
+import { Player } from "../world/player.js";
 import { formatText } from "./figure.js";
 
 // Milliseconds between two pictures, which limits the load of a phone.
@@ -39,7 +39,7 @@ export class MapView {
   }
 
   /**
-   * @param {import("../recording.js").Recording} recording
+   * @param {import("../world/recording.js").Recording} recording
    * @param {number|null} agent gets a ring
    */
   show(recording, agent = null) {

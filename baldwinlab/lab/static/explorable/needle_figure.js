@@ -1,7 +1,7 @@
 /** The needle: recorded points, and the line of the theory, by the period of the changes. */
 
-import { el, formatNumber } from "../common.js";
-import { chooseTicks, createSvg, drawGridRow, drawTextLabel } from "../drawing.js";
+import { el, formatNumber } from "../core/common.js";
+import { chooseTicks, createSvg, drawGridRow, drawTextLabel } from "../core/drawing.js";
 import { Figure } from "./figure.js";
 import { computeBalance } from "./needle_theory.js";
 

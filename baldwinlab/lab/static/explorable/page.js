@@ -1,6 +1,6 @@
 /** The essay: each step has dials in its text, a picture, and a question. */
 
-import { formatNumber, setText } from "../common.js";
+import { formatNumber, setText } from "../core/common.js";
 import { Dials } from "./dials.js";
 import { ControlsFigure, CurvesFigure, EvolutionFigure, ForkFigure } from "./evolution_figures.js";
 import { AgentFigure, LearningFigure } from "./life_figures.js";

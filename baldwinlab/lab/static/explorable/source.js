@@ -1,11 +1,11 @@
 /** The simulations of the essay: live runs in one worker, or recorded runs without WebAssembly. */
 
-import { inflate, unpack } from "../common.js";
-import { applyChanges } from "../experiment_changes.js";
-import { createRecordingHeader, fillTemplate, findProgram } from "../program_table.js";
-import { computeMean } from "../quantiles.js";
-import { Recording } from "../recording.js";
-import { WorkerPool } from "../worker_pool.js";
+import { inflate, unpack } from "../core/common.js";
+import { applyChanges } from "../core/experiment_changes.js";
+import { createRecordingHeader, fillTemplate, findProgram } from "../engine/program_table.js";
+import { computeMean } from "../charts/quantiles.js";
+import { Recording } from "../world/recording.js";
+import { WorkerPool } from "../engine/worker_pool.js";
 
 // Share of the time of one core that the worker can use.
 const MAX_LOAD = 0.25;

@@ -1,0 +1,113 @@
+/** The panel of a comparison: progress, and at the end its result. */
+
+import { createButton, el, getJSON, postJSON, showMessage } from "../core/common.js";
+import { formatDuration } from "./comparison_dialog.js";
+import { createComparisonTable, formatAnswer } from "../results/comparison.js";
+import { showState } from "./live_feed.js";
+
+// Milliseconds between two requests.
+const POLL_INTERVAL = 500;
+
+export class ComparePanel {
+  /**
+   * @param {HTMLElement} root is filled
+   * @param {string} name of the study
+   * @param {() => void} onGone called when the server has another comparison
+   */
+  constructor(root, name, onGone) {
+    this.name = name;
+    this.onGone = onGone;
+    this.aborted = new AbortController();
+    this.createElements();
+    root.replaceChildren(this.createCard());
+    this.poll().catch((error) =>
+      this.aborted.signal.aborted || showMessage(error.message, "error")
+    );
+  }
+
+  createElements() {
+    this.title = el("h1");
+    this.badge = el("span", { "data-testid": "compare-state" });
+    this.stop = createButton("Stop", () => this.stopRuns(), {
+      class: "danger",
+      "data-testid": "compare-stop",
+    });
+    this.open = el(
+      "a",
+      { class: "button primary", "data-testid": "compare-results", hidden: true },
+      "Open in Results",
+    );
+    this.progress = el("progress", { "aria-label": "Progress of the comparison", max: 1 });
+    this.count = el("span", { class: "number", "data-testid": "compare-count" });
+    this.fault = el("p", { class: "fault", role: "status" });
+    this.answer = el("strong", { role: "status", "data-testid": "compare-answer" });
+    this.hint = el(
+      "p",
+      { class: "soft" },
+      "The comparison continues if you leave this page. If you stop it, finished runs stay stored.",
+    );
+  }
+
+  createCard() {
+    return el(
+      "section",
+      { class: "card live-head", "data-testid": "compare-head" },
+      el(
+        "div",
+        { class: "row" },
+        this.title,
+        this.badge,
+        el("span", { class: "soft" }, this.name),
+        el("span", { class: "spread" }),
+        this.stop,
+        this.open,
+      ),
+      el("div", { class: "row live-progress" }, this.progress, this.count),
+      this.fault,
+      this.answer,
+      this.hint,
+    );
+  }
+
+  stopRuns() {
+    postJSON("api/comparison/stop", {}).catch((error) => showMessage(error.message, "error"));
+  }
+
+  /** Request the state of the comparison until it ends. */
+  async poll() {
+    const { signal } = this.aborted;
+    const { comparison } = await getJSON("api/comparison", signal);
+    if (comparison?.name !== this.name) return this.onGone();
+    this.show(comparison);
+    const isActive = ["preparing", "running"].includes(comparison.state);
+    if (isActive) setTimeout(() => signal.aborted || this.poll(), POLL_INTERVAL);
+    else if (comparison.stored) await this.showResult();
+  }
+
+  /** Show the answer and the table of the stored runs, as in Results. */
+  async showResult() {
+    const query = new URLSearchParams({ study: this.name });
+    const { comparison } = await getJSON(`api/results?${query}`, this.aborted.signal);
+    this.answer.textContent = formatAnswer(comparison);
+    this.answer.after(createComparisonTable(comparison, true));
+  }
+
+  show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {
+    showState(this.badge, state);
+    this.fault.textContent = message;
+    this.title.textContent = `Comparison of ${subject}`;
+    this.progress.value = share;
+    const timeLeft = secondsLeft === null ? "" : `, ${formatDuration(secondsLeft)} left`;
+    this.count.textContent = `${stored} of ${runs} runs${timeLeft}`;
+    this.stop.hidden = this.hint.hidden = !["preparing", "running"].includes(state);
+    this.open.hidden = !stored;
+    this.open.href = `#/results?${new URLSearchParams({ study: this.name })}`;
+  }
+
+  /** Do nothing: the panel requests its state itself. */
+  update() {}
+
+  close() {
+    this.aborted.abort();
+  }
+}

@@ -1,0 +1,157 @@
+/** The values of one or two settings that a comparison uses. */
+
+import { createField, createSelect, el } from "../core/common.js";
+
+const MAX_FIELDS = 2;
+
+/** The rows of the compared settings. */
+export class ComparedValues {
+  /**
+   * @param {object} experiment of the form
+   * @param {Object<string, any[]>} fields the initial values by path
+   * @param {(path: string) => string[]} listOptions returns the options of a choice, or []
+   */
+  constructor(experiment, fields, listOptions) {
+    const fieldValues = new Map(listFields(experiment).filter(([path]) => path !== "name"));
+    this.rows = Array.from(
+      { length: MAX_FIELDS },
+      (_, number) =>
+        createFieldRow(fieldValues, number, Object.entries(fields)[number], listOptions),
+    );
+    this.element = el(
+      "div",
+      { class: "compare-part" },
+      el(
+        "p",
+        { class: "soft" },
+        "The experiment of the form is simulated at each value, or at each pair of values of two " +
+          "settings.",
+      ),
+      ...this.rows.map(({ element }) => element),
+    );
+  }
+
+  /** Return the order of the server: the values of each chosen setting. */
+  read() {
+    const chosenRows = this.rows.filter(({ field }) => field.value);
+    const entries = chosenRows.map(({ field, values }) => [field.value, parseValues(values.value)]);
+    return { fields: Object.fromEntries(entries) };
+  }
+
+  get isComplete() {
+    return Object.values(this.read().fields).some((values) => values.length > 1);
+  }
+}
+
+/** Return the controls of a field and its values. */
+function createFieldRow(fieldValues, number, initial, listOptions) {
+  const title = number ? "Second setting (optional)" : "Setting";
+  const field = createSelect(
+    [
+      ["", number ? "none" : "choose a setting"],
+      ...[...fieldValues.keys()].map((path) => [path, path]),
+    ],
+    initial?.[0],
+    () => changeField(),
+    { "data-testid": `compare-field-${number}` },
+  );
+  const values = el("input", {
+    spellcheck: "false",
+    autocomplete: "off",
+    "data-testid": `compare-values-${number}`,
+  });
+  if (field.value) values.value = formatValues(initial[1]);
+  const valuesField = createField("Values, separated by commas", values);
+  const ticks = el("fieldset", {
+    class: "compare-ticks",
+    "data-testid": `compare-ticks-${number}`,
+  });
+  // A choice has ticks instead of a text.
+  const showInput = () => {
+    const options = field.value ? listOptions(field.value) : [];
+    ticks.hidden = !options.length;
+    valuesField.hidden = !field.value || options.length > 0;
+    ticks.replaceChildren(...createTicks(options, values));
+  };
+  showInput();
+  const changeField = () => {
+    values.value = field.value ? formatValues(proposeValues(fieldValues.get(field.value))) : "";
+    showInput();
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  return {
+    field,
+    values,
+    element: el(
+      "div",
+      { class: "compare-field" },
+      createField(title, field),
+      valuesField,
+      ticks,
+    ),
+  };
+}
+
+/** Return a checkbox for each option. They change the text of `values`. */
+function createTicks(options, values) {
+  const selected = parseValues(values.value);
+  const inputs = options.map((value) =>
+    el("input", {
+      type: "checkbox",
+      value,
+      checked: selected.includes(value),
+      oninput: () => (values.value = formatValues(
+        inputs.filter(({ checked }) => checked).map((input) => input.value),
+      )),
+    })
+  );
+  return inputs.map((input) => el("label", { class: "inline" }, input, input.value));
+}
+
+/** Return all fields that can be compared, by path, with their values. */
+function listFields(tree, path = "") {
+  if (tree === null) return [];
+  // A list of tables has fields, a list of numbers is a value.
+  const hasFields = typeof tree === "object" &&
+    (!Array.isArray(tree) || tree.some((item) => typeof item === "object"));
+  if (!hasFields) return [[path, tree]];
+  return Object.entries(tree).flatMap(([key, child]) =>
+    listFields(child, path ? `${path}.${key}` : key)
+  );
+}
+
+/** Return some initial values. */
+function proposeValues(value) {
+  if (typeof value === "boolean") return [false, true];
+  if (typeof value !== "number") return [value];
+  if (value === 0) return [0, 1];
+  const scaled = Number.isInteger(value)
+    ? [Math.ceil(value / 2), value, 2 * value]
+    : [value / 2, value, 2 * value].map((item) => Number(item.toPrecision(6)));
+  return [...new Set(scaled)];
+}
+
+function formatValues(values) {
+  return values
+    .map((value) => (typeof value === "string" ? value : JSON.stringify(value)))
+    .join(", ");
+}
+
+/** Parse `0, 0.1`, `true, false`, `rank, roulette` or `[10], [5, 5]`. */
+function parseValues(text) {
+  try {
+    return JSON.parse(`[${text}]`);
+  } catch {
+    return text
+      .split(",")
+      .map((item) => item.trim())
+      .filter(Boolean)
+      .map((item) => {
+        try {
+          return JSON.parse(item);
+        } catch {
+          return item;
+        }
+      });
+  }
+}

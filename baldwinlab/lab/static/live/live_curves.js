@@ -1,0 +1,198 @@
+/** The curves of a live run. */
+
+import { selectSeriesStyle } from "../charts/chart_series.js";
+import { LineChart } from "../charts/charts.js";
+import { el } from "../core/common.js";
+import { createChartDownloads, listCurveRows } from "../core/downloads.js";
+import { createQuantileSeries } from "../charts/quantiles.js";
+import { palette, resolveColor } from "../core/palette.js";
+
+/** What a curve of several runs shows, by name, with the description in the title. */
+export const STATISTICS = {
+  mean: { name: "mean and 95 % interval", title: "mean of RUNS runs with 95 % interval" },
+  median: { name: "median, 50 % and 90 %", title: "median, 50 % and 90 % of RUNS runs" },
+};
+// The charts of numbers of agents, by measure.
+const COUNT_TITLES = {
+  size: "Agents of each species",
+  survivors: "Agents of each species that are alive at the end of a lifetime",
+};
+
+const EARLIER_DASHES = [[2, 3], [8, 4], undefined];
+
+/**
+ * Fitness and the share of agents that eat, of the population or of each species. A click on a
+ * curve shows that generation.
+ */
+export class LiveCurves {
+  /**
+   * @param {import("./live_feed.js").Feed} feed
+   * @param {HTMLElement} fitnessRoot is filled
+   * @param {HTMLElement} shareRoot is filled
+   * @param {HTMLElement} countRoot is filled with the numbers of agents of each species
+   * @param {HTMLInputElement} runSwitch is checked if each run is drawn
+   * @param {"mean"|"median"} statistic of several runs
+   * @param {(generation: number, run?: number) => void} pick
+   * @param {{name: string, values: number[]}[]} earlierRuns
+   */
+  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, statistic, pick, earlierRuns) {
+    this.feed = feed;
+    this.runSwitch = runSwitch;
+    this.statistic = statistic;
+    this.pick = pick;
+    this.earlierRuns = earlierRuns;
+    const { generations } = feed.summary.experiment.evolution;
+    // The axis covers all generations from the start.
+    this.x = Array.from({ length: generations }, (_, generation) => generation);
+    this.frame = 0;
+    this.species = feed.summary.species ?? [];
+    /** @type {{chart: LineChart, listSeries: () => import("../charts/charts.js").Series[]}[]} */
+    this.charts = [];
+    this.createFitnessChart(fitnessRoot);
+    this.createShareChart(shareRoot);
+    for (const measure of feed.summary.species_curves ?? [])
+      if (COUNT_TITLES[measure]) this.createCountChart(countRoot, measure);
+  }
+
+  createFitnessChart(root) {
+    const suffix = this.feed.summary.runs > 1 ? `, ${this.describeBands()}` : "";
+    const { axis, heading, title } = this.feed.summary.measures.mean;
+    this.createChart(root, "fitness", () => this.listFitnessSeries(), {
+      title: `${this.species.length ? title : heading}${suffix}`,
+      yLabel: axis,
+      height: 210,
+    });
+  }
+
+  createShareChart(root) {
+    const { title } = this.feed.summary.measures.share;
+    this.createChart(root, "share", () => this.listShareSeries(), {
+      title: this.species.length ? "Share of agents with fitness above 0" : title,
+      yLabel: "share",
+      height: 150,
+    });
+  }
+
+  createCountChart(root, measure) {
+    this.createChart(root, measure, () => this.listSpeciesSeries(measure), {
+      title: COUNT_TITLES[measure],
+      yLabel: "agents",
+      height: 150,
+    });
+  }
+
+  /** Return what the lines and bands of the runs are. */
+  describeBands() {
+    return STATISTICS[this.statistic].title.replace("RUNS", String(this.feed.summary.runs));
+  }
+
+  /** Create a chart with downloads. The files are named by the experiment, `name` and the runs. */
+  createChart(root, name, listSeries, options) {
+    const { experiment, runs } = this.feed.summary;
+    const file = `${experiment.name}-${name}-${runs}-runs`.replaceAll("/", "-");
+    const plot = el("div");
+    const chart = new LineChart(plot, {
+      ...options,
+      note: runs > 1 ? `${experiment.name}: ${this.describeBands()}` : `${experiment.name}: 1 run`,
+      x: this.x,
+      xLabel: "generation",
+      onPick: ({ x, run, label }) => {
+        if (!this.earlierRuns.some(({ name }) => name === label)) this.pick(x, run);
+      },
+      series: listSeries(),
+    });
+    const rows = () => {
+      const finished = this.x.slice(0, this.feed.generationsDone);
+      return listCurveRows(finished, listSeries(), this.statistic);
+    };
+    root.append(
+      plot,
+      createChartDownloads(
+        name,
+        ["curve", "generation", this.statistic, "low", "high"],
+        rows,
+        () => chart.drawPicture(),
+        file,
+      ),
+    );
+    this.charts.push({ chart, listSeries });
+  }
+
+  listFitnessSeries() {
+    if (this.species.length) return this.listSpeciesSeries("mean");
+    return [
+      ...this.listMeasureSeries("best agent", "best", selectSeriesStyle(0)),
+      ...this.listMeasureSeries("average agent", "mean", selectSeriesStyle(1)),
+      ...this.earlierRuns.map((run, number) => this.createEarlierSeries(run, number)),
+    ];
+  }
+
+  /** Return the average agent of an earlier run, as a pale line. */
+  createEarlierSeries({ name, values }, number) {
+    return {
+      label: name,
+      color: palette["line-strong"],
+      dash: EARLIER_DASHES[number],
+      values: this.x.map((generation) => values[generation] ?? null),
+    };
+  }
+
+  listShareSeries() {
+    if (this.species.length) return this.listSpeciesSeries("share");
+    const { name } = this.feed.summary.measures.share;
+    return this.listMeasureSeries(name, "share", selectSeriesStyle(2));
+  }
+
+  /** Return a series for each species, in its color on the map. */
+  listSpeciesSeries(measure) {
+    return this.species.flatMap(({ name, color }) =>
+      this.listMeasureSeries(name, `${measure}:${name}`, { color: resolveColor(color) })
+    );
+  }
+
+  /**
+   * Return the mean of a measure, or its quantiles.
+   * @returns {import("../charts/charts.js").Series[]}
+   */
+  listMeasureSeries(label, measure, style) {
+    if (this.statistic === "mean") return [this.createSeries(label, measure, style)];
+    const runs = this.feed.bands[measure]?.runs ?? [];
+    const padded = this.x.map((generation) => runs[generation] ?? null);
+    const [median, band] = createQuantileSeries(label, style.color, padded);
+    return [{ ...median, runs: this.createSeries(label, measure, style).runs }, band];
+  }
+
+  /** Return the series of a measure. It is null in generations that are not finished. */
+  createSeries(label, measure, { color }) {
+    const { mean, low, high, runs: runValues = [] } = this.feed.bands[measure] ?? { mean: [] };
+    const pad = (values) => values && this.x.map((generation) => values[generation] ?? null);
+    const runCount = this.runSwitch.checked ? this.feed.summary.runs : 0;
+    const runLines = Array.from({ length: runCount }, (_, run) => ({
+      run,
+      values: pad(runValues.map((values) => values[run])),
+    }));
+    return {
+      label,
+      color,
+      values: pad(mean),
+      low: pad(low),
+      high: pad(high),
+      runs: runLines,
+    };
+  }
+
+  /** Draw the curves once per frame, independent of the number of messages. */
+  update() {
+    this.frame ||= requestAnimationFrame(() => this.draw());
+  }
+
+  draw() {
+    this.frame = 0;
+    for (const { chart, listSeries } of this.charts) chart.update(this.x, listSeries());
+  }
+
+  close() {
+    cancelAnimationFrame(this.frame);
+    for (const { chart } of this.charts) chart.destroy();
+  }
+}

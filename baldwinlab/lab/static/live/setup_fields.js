@@ -1,0 +1,60 @@
+/** The fields of a live run that are not parameters: preset, runs, seed and speed. */
+
+import { createField, createSelect, el } from "../core/common.js";
+
+// Seconds per generation.
+const SPEEDS = [
+  ["0", "maximum"],
+  ["0.1", "10 per second"],
+  ["0.5", "2 per second"],
+  ["5", "1 per 5 seconds"],
+];
+
+// Letters of a caption in the list of presets.
+const MAX_CAPTION = 60;
+
+export const DEFAULT_SPEED = "0.1";
+
+export function createNumberField(title, name, value, min, max, changed) {
+  const id = `setup-${name}`;
+  const input = el("input", { type: "number", min, max, step: 1, value, id, "data-testid": id });
+  input.addEventListener("input", () => changed(input.value === "" ? "" : Number(input.value)));
+  return createField(title, input);
+}
+
+/** Return the control for the speed of generations. */
+export function createSpeedPicker(pace, changed) {
+  const isKnown = SPEEDS.some(([seconds]) => seconds === pace);
+  const picker = createSelect(SPEEDS, isKnown ? pace : DEFAULT_SPEED, changed, {
+    "data-testid": "pace",
+  });
+  const field = createField("Speed", picker);
+  field.title = "Generations";
+  return field;
+}
+
+/** Return the options of the presets with captions, grouped by paper. */
+export function groupPresets(presets) {
+  const groups = new Map();
+  for (const { name, paper, description } of presets) {
+    const caption = description ? `${name}: ${shorten(description)}` : name;
+    const option = el("option", { value: name, title: description }, caption);
+    groups.set(paper, [...(groups.get(paper) ?? []), option]);
+  }
+  return [...groups].flatMap(([paper, options]) =>
+    paper ? [el("optgroup", { label: paper }, ...options)] : options
+  );
+}
+
+/** Return whether the name, paper or description of a preset contains all words of a search. */
+export function matchesWords({ name, paper = "", description }, search) {
+  const text = `${name} ${paper} ${description}`.toLowerCase();
+  return search
+    .toLowerCase()
+    .split(/\s+/)
+    .every((word) => text.includes(word));
+}
+
+function shorten(text) {
+  return text.length > MAX_CAPTION ? `${text.slice(0, MAX_CAPTION).trimEnd()} …` : text;
+}

@@ -1,0 +1,83 @@
+/** The comparison of conditions: the sentences, headings and cells that the server writes. */
+
+import { createTableHead, el } from "../core/common.js";
+
+const TONES = { higher: "good", lower: "warm" };
+
+/**
+ * @typedef {object} Comparison as `record_contrasts` returns it
+ * @property {string[]} summary sentences, the first about all conditions
+ * @property {string} pairing
+ * @property {string} too_few a sentence, or ""
+ * @property {string} method
+ * @property {Object<string, string>} headings by key of the cells
+ * @property {{verdict: string, note: string, cells: Object<string, string>}[]} rows
+ */
+
+/**
+ * Return the answer of a comparison, or "" for a study of one condition.
+ * @param {Comparison|undefined} comparison
+ */
+export function formatAnswer(comparison) {
+  return comparison?.summary[0] ?? "";
+}
+
+/**
+ * Return the table of a comparison.
+ * @param {Comparison|undefined} comparison
+ * @param {boolean} isOpen at first
+ */
+export function createComparisonTable(comparison, isOpen) {
+  if (!comparison?.rows.length) return "";
+  const { pairing, method, too_few: tooFew, headings, rows } = comparison;
+  const table = el(
+    "div",
+    {
+      class: "results-comparison",
+      tabindex: "0",
+      role: "region",
+      "aria-label": "Comparison of conditions",
+    },
+    el(
+      "table",
+      {},
+      createTableHead(Object.values(headings)),
+      el("tbody", {}, ...rows.map((row) => createComparisonRow(row, Object.keys(headings)))),
+    ),
+  );
+  return el(
+    "details",
+    { class: "card", open: isOpen, "data-testid": "comparison" },
+    el("summary", {}, el("h2", {}, "Comparison")),
+    ...(tooFew ? [el("p", {}, tooFew)] : []),
+    table,
+    el(
+      "details",
+      {},
+      el("summary", {}, "How to read this table"),
+      el("p", { class: "soft" }, `${pairing} ${method}`),
+    ),
+  );
+}
+
+function createComparisonRow({ verdict, note, cells }, keys) {
+  const contents = {
+    ...cells,
+    verdict: el("span", { class: `badge ${TONES[verdict] ?? ""}` }, verdict),
+  };
+  return el(
+    "tr",
+    {},
+    el("th", { scope: "row" }, cells.condition, el("small", {}, cells.context)),
+    ...keys
+      .slice(1)
+      .map((key) =>
+        el(
+          "td",
+          {},
+          contents[key],
+          ...(key === "effect" && note ? [el("small", {}, note)] : []),
+        )
+      ),
+  );
+}

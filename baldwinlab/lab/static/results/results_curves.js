@@ -1,0 +1,177 @@
+/** The curves of a study, generation by generation. */
+
+import { selectSeriesStyle } from "../charts/chart_series.js";
+import { LineChart } from "../charts/charts.js";
+import { el, showMessage } from "../core/common.js";
+import {
+  createChartDownloads,
+  createDownloadButton,
+  createFigureLinks,
+  CURVE_COLUMNS,
+  formatCsv,
+  listCurveRows,
+} from "../core/downloads.js";
+import { combineCurves } from "./results_factors.js";
+import { findRuns, hasWorldView } from "./results_measures.js";
+import { formatLifetimeAddress } from "../core/sources.js";
+
+const RUN_COLUMNS = ["curve", "run", "generation", "value"];
+
+/** Return the meaning of the bands, with the number of runs. */
+function explainBands({ study, groups, hasSingleConditions, by }) {
+  if (!hasSingleConditions)
+    return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
+  const runs = groups.flatMap(({ conditions }) =>
+    conditions.map((name) => findRuns(study, name).length)
+  );
+  const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
+  return `Bands: 95 % intervals of the mean, ${range} runs.`;
+}
+
+/** Return what the curves show. */
+export function explainCurves(view) {
+  const hint = view.hasSingleConditions ? "" : " Click a curve to see its conditions.";
+  return `${explainBands(view)}${hint}`;
+}
+
+function listRunRows(generations, series) {
+  return series.flatMap(({ label, runs = [] }) =>
+    runs.flatMap(({ run, values }) =>
+      generations
+        .map((generation, index) => ({ curve: label, run, generation, value: values[index] }))
+        .filter(({ value }) => value !== null)
+    )
+  );
+}
+
+/** The charts of the curves: one, or one for each map. */
+export class ResultsCurves {
+  /**
+   * @param {HTMLElement} root is filled
+   * @param {import("./view_results.js").ResultsState} view
+   * @param {(labels: string) => void} setHidden called with the hidden labels, joined by commas
+   */
+  constructor(root, view, setHidden) {
+    this.view = view;
+    this.setHidden = setHidden;
+    this.isDestroyed = false;
+    const plots = view.panels.map(() => el("div"));
+    this.downloads = el("div", { class: "row" }, ...this.createDownloads());
+    root.append(el("div", { class: "results-panels" }, ...plots), this.downloads);
+    // Charts need the width of their elements on the page.
+    this.charts = view.panels.map((panel, number) => this.createChart(plots[number], panel));
+    if (view.hasRunLines) this.addRuns();
+  }
+
+  /** Return links to the report's figure. Curves that it does not have are saved by the page. */
+  createDownloads() {
+    const { study, groups, panels, results, hasSingleConditions, hasRunLines } = this.view;
+    if (results.swept && !hasRunLines) return [createFigureLinks(study.id, "responses", [])];
+    const conditions = groups.flatMap((group) => group.conditions);
+    if (hasSingleConditions && !hasRunLines)
+      return [createFigureLinks(study.id, "fitness", conditions)];
+    return panels.map(({ map }, number) =>
+      createChartDownloads(
+        map ? `curves-${map}` : "curves",
+        CURVE_COLUMNS,
+        () => listCurveRows(results.generation, this.charts[number].series),
+        () => this.charts[number].drawPicture(),
+      )
+    );
+  }
+
+  createChart(plot, { map, groups }) {
+    const { results, measure, hidden, panels } = this.view;
+    const { title, axis } = results.measures[measure];
+    return new LineChart(plot, {
+      title: map ? `Map ${map}` : title,
+      label: map ? `${title}, map ${map}` : title,
+      note: explainBands(this.view),
+      x: results.generation,
+      xLabel: "generation",
+      yLabel: axis,
+      height: panels.length > 1 ? 240 : 320,
+      series: createMeanSeries(results, measure, groups),
+      hidden: hidden ? hidden.split(",") : [],
+      onHidden: () => this.rememberHidden(),
+      onPick: (pick) => this.openPick(pick),
+    });
+  }
+
+  rememberHidden() {
+    const hidden = new Set(this.charts.flatMap((chart) => [...chart.hidden]));
+    const labels = [...hidden].join(",");
+    this.setHidden(labels);
+    this.view.navigate({ hidden: labels || null });
+  }
+
+  /** Open the lifetime of a picked curve, or the conditions of a curve that combines several. */
+  openPick(/** @type {{x: number, label: string, run?: number}} */ { x, label, run }) {
+    const { study, results, by, groups, choose } = this.view;
+    const { conditions } = groups.find((group) => group.label === label);
+    if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });
+    const [condition] = conditions;
+    if (!hasWorldView({ study }, condition)) return showMessage("This model has no world to show.");
+    location.hash = formatLifetimeAddress({
+      study: study.id,
+      condition,
+      run: run ?? results.typical_run[condition],
+      generation: x,
+    });
+  }
+
+  /** Add the lines of runs to the charts, and a download of their values. */
+  async addRuns() {
+    const status = el("span", { class: "soft" }, "Reading the runs …");
+    this.downloads.append(status);
+    try {
+      const curvesByLabel = await this.loadRuns();
+      if (this.isDestroyed) return;
+      for (const chart of this.charts) this.showRuns(chart, curvesByLabel);
+      const listRows = () =>
+        this.charts.flatMap(({ series }) => listRunRows(this.view.results.generation, series));
+      status.replaceWith(
+        createDownloadButton("run-curves.csv", () => formatCsv(RUN_COLUMNS, listRows())),
+      );
+    } catch (error) {
+      if (!this.isDestroyed) status.textContent = error.message;
+    }
+  }
+
+  /** Return the curves of each condition by run, by the label of its curve. */
+  async loadRuns() {
+    const { study, measure, groups, load } = this.view;
+    const entries = groups.map(async ({ label, conditions: [condition] }) => {
+      const query = new URLSearchParams({ study: study.id, condition, measure });
+      return [label, await load(`api/results/runs?${query}`)];
+    });
+    return Object.fromEntries(await Promise.all(entries));
+  }
+
+  showRuns(chart, curvesByLabel) {
+    const { generation: generations } = this.view.results;
+    const series = chart.series.map((line) => ({
+      ...line,
+      runs: Object.entries(curvesByLabel[line.label]).map(([run, values]) => ({
+        run: Number(run),
+        values: generations.map((_, index) => values[index] ?? null),
+      })),
+    }));
+    chart.update(generations, series);
+  }
+
+  destroy() {
+    this.isDestroyed = true;
+    for (const chart of this.charts) chart.destroy();
+  }
+}
+
+/** Return one series per group of conditions. */
+function createMeanSeries(results, measure, groups) {
+  return groups.map(({ label, conditions, style }) => {
+    const { mean, low, high } = combineCurves(
+      conditions.map((name) => results.curves[name][measure]),
+    );
+    return { label, values: mean, low, high, ...selectSeriesStyle(style) };
+  });
+}

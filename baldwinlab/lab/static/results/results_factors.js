@@ -1,0 +1,104 @@
+/** The factors of conditions: filter conditions, and group them into curves. */
+
+import { createField, createSelect, el } from "../core/common.js";
+import { computeMean } from "../charts/quantiles.js";
+
+// With more curves, conditions are grouped by default.
+const MAX_CURVES = 8;
+// In the address: one curve per condition.
+const PER_CONDITION = "each";
+
+/**
+ * Return the groups of conditions that the address selects.
+ * @param {object} results `factors` contains a value per condition; `swept` is true for a sweep,
+ *   whose names are not informative
+ * @param {Object<string, string>} state `group` is a factor, `only.FACTOR` a value of it
+ * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions:
+ *   string[]}[]}}
+ */
+export function groupConditions({ conditions, factors, swept }, state) {
+  const only = Object.fromEntries(
+    Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]),
+  );
+  const matches = (number) =>
+    Object.entries(only).every(
+      ([factor, value]) => !value || String(factors[factor][number]) === value,
+    );
+  const matching = conditions.map((_, number) => number).filter(matches);
+  const values = (factor) => [
+    ...new Set(matching.map((number) => String(factors[factor][number]))),
+  ];
+  const varying = Object.keys(factors).filter((factor) => values(factor).length > 1);
+  const defaultFactor = swept || matching.length > MAX_CURVES
+    ? (varying.find((factor) => values(factor).length <= MAX_CURVES) ?? varying[0])
+    : undefined;
+  const by = chooseFactor(state.group, varying, defaultFactor);
+  const groups = by
+    ? values(by).map((value) => ({
+      label: value,
+      conditions: matching
+        .filter((number) => String(factors[by][number]) === value)
+        .map((number) => conditions[number]),
+    }))
+    : matching.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
+  return { by, only, groups };
+}
+
+/** Return the factor that groups conditions, or null for one curve per condition. */
+function chooseFactor(requested, varying, defaultFactor) {
+  if (varying.includes(requested)) return requested;
+  return requested === PER_CONDITION ? null : (defaultFactor ?? null);
+}
+
+/** Combine the curves of several conditions: their mean, and the range of their means. */
+export function combineCurves(curves) {
+  if (curves.length === 1) return curves[0];
+  const combine = (aggregate) =>
+    curves[0].mean.map((_, index) => {
+      const present = curves.map((curve) => curve.mean[index]).filter((value) => value !== null);
+      return present.length ? aggregate(present) : null;
+    });
+  return {
+    mean: combine(computeMean),
+    low: combine((values) => Math.min(...values)),
+    high: combine((values) => Math.max(...values)),
+  };
+}
+
+/** Return the lists that filter by each factor, and the list that groups by a factor. */
+export function createFactorLists({ factors }, { by, only }, choose) {
+  const names = Object.keys(factors);
+  if (!names.length) return null;
+  const filters = names.map((factor) =>
+    createList(
+      factor,
+      [["", "all"], ...[...new Set(factors[factor].map(String))].map((value) => [value, value])],
+      only[factor],
+      (value) => choose({ [`only.${factor}`]: value, hidden: null }),
+      `only-${factor}`,
+    )
+  );
+  const grouped = createList(
+    "one curve per",
+    [[PER_CONDITION, "condition"], ...names.map((name) => [name, name])],
+    by ?? PER_CONDITION,
+    (value) => choose({ group: value, hidden: null }),
+    "group",
+  );
+  return el("div", { class: "row results-factors" }, ...filters, grouped);
+}
+
+function createList(name, options, selectedValue, change, id) {
+  return createField(name, createSelect(options, selectedValue, change, { "data-testid": id }));
+}
+
+/** Return the state that another study resets. */
+export function clearFactorState(results) {
+  return {
+    group: null,
+    hidden: null,
+    ...Object.fromEntries(
+      Object.keys(results?.factors ?? {}).map((factor) => [`only.${factor}`, null]),
+    ),
+  };
+}

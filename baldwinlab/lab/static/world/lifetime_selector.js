@@ -1,0 +1,180 @@
+/**
+ * The controls that select a lifetime: study, condition and run as lists, and the generation
+ * slider.
+ */
+
+import { createIconButton, createOptions, el } from "../core/common.js";
+import { RunCurve } from "./run_curve.js";
+import {
+  createLifetimeQuery,
+  findNearestLifetime,
+  formatLifetimeAddress,
+  hasWorld,
+  PRESETS,
+} from "../core/sources.js";
+
+// The names of studies with a special id.
+const STUDY_NAMES = { [PRESETS]: "built-in presets", ".": "this study" };
+const PLAY_ALL_ICON = "M3 5l6 5-6 5zM10 5l6 5-6 5z";
+const PLAY_ALL = "Play the generations one after another (g)";
+
+export class LifetimeSelector {
+  /**
+   * @param {string} name "a" or "b"
+   * @param {object[]} studies the readable studies of /api/studies
+   * @param {Object<string, (...values: any[]) => void>} callbacks `invalidate`, `chosen` and
+   *   `playAllClicked`, and those of the subclass
+   */
+  constructor(name, studies, callbacks) {
+    this.name = name;
+    this.studies = studies;
+    this.callbacks = callbacks;
+    this.source = null;
+    this.pickers = this.buildControls();
+  }
+
+  buildControls() {
+    this.lists = {
+      study: this.createList("Study", "study"),
+      condition: this.createList("Condition", "condition"),
+      run: this.createList("Run", "run"),
+    };
+    const names = this.studies.map(({ id }) => [id, STUDY_NAMES[id] ?? id]);
+    this.lists.study.append(...createOptions(names));
+    return el(
+      "div",
+      { class: "pickers" },
+      this.lists.study,
+      this.lists.condition,
+      el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
+      this.createGenerationControls(),
+    );
+  }
+
+  createList(label, key) {
+    return el("select", {
+      "aria-label": label,
+      "data-testid": `${key}-${this.name}`,
+      onchange: () => this.selectFromLists(key),
+    });
+  }
+
+  /** Return the number of the generation, its buttons, and the slider. */
+  createGenerationControls() {
+    this.number = el("input", {
+      type: "number",
+      min: 0,
+      step: 1,
+      "aria-label": "Generation",
+      class: "generation-number",
+      "data-testid": `generation-${this.name}`,
+      onchange: () => this.goTo(Number(this.number.value)),
+    });
+    const { invalidate, chosen: settled, playAllClicked } = this.callbacks;
+    this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
+    this.playButton = createIconButton(PLAY_ALL, PLAY_ALL_ICON, playAllClicked, {
+      "data-testid": `play-all-${this.name}`,
+      "aria-pressed": "false",
+    });
+    return el(
+      "div",
+      { class: "generation" },
+      el("span", { class: "soft" }, "generation"),
+      el(
+        "span",
+        { class: "generation-steps" },
+        createIconButton("Previous generation ( [ )", "M12 5l-5 5 5 5", () => this.move(-1)),
+        this.number,
+        createIconButton("Next generation ( ] )", "M8 5l5 5-5 5", () => this.move(1)),
+        this.playButton,
+      ),
+      this.curve.root,
+    );
+  }
+
+  get conditions() {
+    return this.studies.find(({ id }) => id === this.source?.study)?.conditions ?? [];
+  }
+
+  get condition() {
+    return this.conditions.find(({ name }) => name === this.source.condition);
+  }
+
+  /**
+   * Keep run and generation if the new study or condition has them.
+   *
+   * A source for the other tab (with or without a world) is opened by its address.
+   */
+  selectFromLists(changed) {
+    const requested = { ...this.source, study: this.lists.study.value };
+    if (changed !== "study") requested.condition = this.lists.condition.value;
+    if (changed === "run") requested.run = Number(this.lists.run.value);
+    const source = findNearestLifetime(this.studies, requested);
+    if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source))
+      return void (location.hash = formatLifetimeAddress(source));
+    this.choose(source);
+    this.callbacks.chosen();
+  }
+
+  goTo(generation) {
+    const last = (this.condition?.generations ?? 1) - 1;
+    const target = Math.min(Math.max(0, Math.round(generation) || 0), last);
+    if (target === this.source.generation) return this.showSource();
+    this.choose({ ...this.source, generation: target });
+    this.callbacks.chosen();
+  }
+
+  /** Move by some generations. Negative numbers move back. */
+  move(offset) {
+    this.goTo(this.source.generation + offset);
+  }
+
+  /**
+   * Show a lifetime. Subclasses load it.
+   * @param {import("../core/sources.js").Source} _source
+   * @returns {void|Promise<void>}
+   */
+  choose(_source) {}
+
+  /**
+   * Set the source, and return whether it has changed.
+   * @param {import("../core/sources.js").Source} source
+   * @returns {boolean}
+   */
+  setSource(source) {
+    if (
+      this.source &&
+      String(createLifetimeQuery(source)) === String(createLifetimeQuery(this.source))
+    )
+      return false;
+    this.source = source;
+    this.showSource();
+    return true;
+  }
+
+  showSource() {
+    const { study, condition, run, generation } = this.source;
+    this.lists.study.hidden = this.studies.length < 2;
+    setOptions(
+      this.lists.condition,
+      this.conditions.map(({ name, title }) => [name, title]),
+    );
+    setOptions(this.lists.run, this.condition?.runs.map((stored) => [stored, stored]) ?? []);
+    Object.assign(this.lists.study, { value: study });
+    Object.assign(this.lists.condition, { value: condition });
+    Object.assign(this.lists.run, { value: String(run) });
+    const last = (this.condition?.generations ?? 1) - 1;
+    Object.assign(this.number, { max: last, value: generation });
+    this.curve.setSource(this.source, last);
+  }
+}
+
+/** Set the options of a list, pairs of a value and a text. Equal options are not replaced. */
+export function setOptions(list, options) {
+  const hasSameOptions = list.options.length === options.length &&
+    options.every(
+      ([value, text], index) =>
+        list.options[index].value === String(value) && list.options[index].text === String(text),
+    );
+  if (!hasSameOptions) list.replaceChildren(...createOptions(options));
+}

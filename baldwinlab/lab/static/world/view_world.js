@@ -1,0 +1,79 @@
+/** The World tab: worlds, or alleles and views for models without a world. */
+
+import { showMessage } from "../core/common.js";
+import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
+import { ModelTab } from "./model_tab.js";
+import {
+  addTypicalRun,
+  chooseOpening,
+  hasWorld,
+  loadStudies,
+  MissingLifetimeError,
+  PRESETS,
+} from "../core/sources.js";
+import { WorldTab } from "./world_tab.js";
+
+export function mount(root, state, navigate, guide) {
+  let requested = state;
+  let available = null;
+  let tab = null;
+  let closed = false;
+  const update = async (state) => {
+    requested = state;
+    if (!available) return;
+    try {
+      requireLifetimes(available, state);
+    } catch (error) {
+      if (!(error instanceof MissingLifetimeError)) throw error;
+      closeTab();
+      // No picture, because it would be the picture of another lifetime.
+      root.append(createMissingNotice(error));
+      return;
+    }
+    // Without a run, the tab shows the typical one.
+    const completeState = await addTypicalRun(available.studies, state);
+    // The user has moved on.
+    if (requested !== state || closed) return;
+    const Tab = hasWorld(available.studies, state) ? WorldTab : ModelTab;
+    if (tab instanceof Tab) return tab.show(completeState);
+    closeTab();
+    tab = new Tab(root, navigate, guide, available);
+    tab.start(completeState);
+  };
+  const closeTab = () => {
+    tab?.close();
+    tab = null;
+    guide.setTexts("");
+    root.className = "view-world";
+    root.replaceChildren(guide.root);
+  };
+  const begin = async () => {
+    const { studies, worldless, unplayable } = await loadStudies();
+    if (closed) return;
+    if (unplayable.length) showMessage(describeUnplayable(unplayable));
+    const why = worldless.length
+      ? "The models of the stored studies have no world to show."
+      : unplayable.length
+      ? "No stored study can be played."
+      : "This folder contains no study yet.";
+    if (studies[0].id === PRESETS)
+      showMessage(`${why} The lab simulates built-in presets instead.`);
+    available = { studies, worldless, unplayable };
+    const { guide: _guide, ...rest } = requested;
+    update(Object.keys(rest).length ? requested : { ...requested, ...chooseOpening(studies) });
+  };
+  begin();
+  return {
+    update,
+    unmount() {
+      closed = true;
+      tab?.close();
+    },
+  };
+}
+
+/** Name the studies that cannot be played. Their notices have the reasons. */
+function describeUnplayable(unplayable) {
+  const names = unplayable.map(({ study }) => study).join(", ");
+  return `Not playable: ${names}. Choose a study in Results to see why.`;
+}
