@@ -137,8 +137,7 @@ export class LiveWorld extends WorldGroup {
     const { source } = this.selector;
     if (source.generation < 0) return;
     this.startAt = step;
-    const size = { agents: this.agents };
-    this.map.load(source, (...callbacks) => openLifetime(source, size, ...callbacks));
+    this.map.load(source, openLifetime(source, { agents: this.agents }));
   }
 
   /** Show the generation that is loaded. */

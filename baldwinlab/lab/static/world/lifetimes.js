@@ -12,20 +12,21 @@ const PART_AGENT_STEPS = 1_300_000;
 const MIN_PART_STEPS = 100;
 
 /**
+ * Return a function that opens a lifetime.
  * @param {import("../core/sources.js").Source} source
  * @param {{agents?: number, steps?: number}} size of the world; an unknown number is missing
- * @param {() => void} changed called when something is loaded
- * @param {(fault: Error) => void} failed called after an error
- * @returns {Lifetime|FrameStream}
+ * @returns {(changed: () => void, failed: (fault: Error) => void) => Lifetime|FrameStream} `changed`
+ *   is called when something is loaded, and `failed` after an error
  */
-export function openLifetime(source, { agents, steps }, changed, failed) {
+export function openLifetime(source, { agents, steps }) {
   const fetch = (kind, query, signal) => {
     const parameters = createLifetimeQuery(source);
     for (const [name, value] of Object.entries(query ?? {})) parameters.set(name, value);
     return getBinary(`api/${kind}?${parameters}`, signal);
   };
   if (agents > MAX_RECORDED_AGENTS)
-    return new FrameStream((query, signal) => fetch("frames", query, signal), changed, failed);
+    return (...callbacks) =>
+      new FrameStream((query, signal) => fetch("frames", query, signal), ...callbacks);
   const firstPart = agents && steps
     ? {
       first: 0,
@@ -34,5 +35,5 @@ export function openLifetime(source, { agents, steps }, changed, failed) {
     : null;
   const fetchPart = async (part, signal) =>
     new Recording(await fetch("recording", part ?? firstPart, signal));
-  return new Lifetime(fetchPart, changed, failed);
+  return (...callbacks) => new Lifetime(fetchPart, ...callbacks);
 }

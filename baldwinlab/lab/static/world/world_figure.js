@@ -34,7 +34,7 @@ class WorldFigure extends WorldMap {
         { class: "figure-tools" },
         this.picker,
         this.number,
-        createZoomButtons({ zoom: (factor) => this.zoom(factor), fit: () => this.fit() }),
+        createZoomButtons(this, ["closer", "farther", "all"]),
       ),
       this.frames.legend.root,
     );

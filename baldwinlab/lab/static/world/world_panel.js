@@ -23,7 +23,7 @@ export class WorldPanel extends LifetimeSelector {
       el(
         "div",
         { class: "zoom-tools" },
-        createZoomButtons({ zoom: (factor) => this.map.zoom(factor) }),
+        createZoomButtons(this.map, ["closer", "farther"]),
         createFreezerButton(
           "Keep this population",
           `keep-${name}`,
@@ -45,9 +45,7 @@ export class WorldPanel extends LifetimeSelector {
   }
 
   choose(source) {
-    if (!this.setSource(source)) return;
-    const size = this.condition ?? {};
-    this.map.load(source, (...callbacks) => openLifetime(source, size, ...callbacks));
+    if (this.setSource(source)) this.map.load(source, openLifetime(source, this.condition ?? {}));
   }
 
   close() {

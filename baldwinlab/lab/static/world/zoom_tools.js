@@ -2,28 +2,27 @@
 
 import { createIconButton } from "../core/common.js";
 
-const BUTTONS = {
-  closer: ["Zoom in (+)", "M10 4v12M4 10h12"],
-  farther: ["Zoom out (−)", "M4 10h12"],
-  all: ["Show the whole map (0)", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
-};
 // Zoom factor of a press.
 export const ZOOM_FACTOR = 1.5;
 
-/**
- * @param {{zoom: (factor: number) => void, fit?: () => void}} actions without `fit`, the page has
- *   another button for the whole map
- * @returns {HTMLElement[]}
- */
-export function createZoomButtons({ zoom, fit }) {
-  return [
-    createZoomButton("closer", () => zoom(ZOOM_FACTOR)),
-    createZoomButton("farther", () => zoom(1 / ZOOM_FACTOR)),
-    ...(fit ? [createZoomButton("all", fit)] : []),
-  ];
-}
+/** @type {Object<string, {label: string, path: string, act: (map: any) => void}>} */
+const BUTTONS = {
+  closer: { label: "Zoom in (+)", path: "M10 4v12M4 10h12", act: (map) => map.zoom(ZOOM_FACTOR) },
+  farther: { label: "Zoom out (−)", path: "M4 10h12", act: (map) => map.zoom(1 / ZOOM_FACTOR) },
+  all: {
+    label: "Show the whole map (0)",
+    path: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
+    act: (map) => map.fit(),
+  },
+};
 
-function createZoomButton(name, action) {
-  const [label, path] = BUTTONS[name];
-  return createIconButton(label, path, action, { "data-testid": `zoom-${name}` });
+/**
+ * @param {import("./world_map.js").WorldMap} map
+ * @param {("closer"|"farther"|"all")[]} names
+ */
+export function createZoomButtons(map, names) {
+  return names.map((name) => {
+    const { label, path, act } = BUTTONS[name];
+    return createIconButton(label, path, () => act(map), { "data-testid": `zoom-${name}` });
+  });
 }
