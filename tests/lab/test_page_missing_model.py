@@ -41,10 +41,13 @@ def test_charts_of_negative_fitness_show_all_values(page: Page, server: LabServe
     page.get_by_test_id("finals").locator("summary").first.click()
     boxes = page.get_by_test_id("final-mean").locator("svg")
     expect(boxes.locator("text").first).to_have_text("-50")
-    frame, dot = (element.bounding_box() for element in (boxes, boxes.locator("circle")))
-    assert frame is not None
-    assert dot is not None
-    assert frame["y"] < dot["y"] < frame["y"] + frame["height"]
+    # Both positions are read in one step, because the page can draw the chart again.
+    page.wait_for_function("""() => {
+      const chart = document.querySelector("[data-testid=final-mean] svg");
+      const dot = chart?.querySelector("circle")?.getBoundingClientRect();
+      const frame = chart?.getBoundingClientRect();
+      return dot && frame && frame.top < dot.top && dot.bottom < frame.bottom;
+    }""")
     # The curve is the picture of the numbers that screen readers get.
     expect(page.get_by_test_id("curves").locator(".chart-value").first).to_be_attached()
     [low, high] = page.evaluate(
