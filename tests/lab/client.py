@@ -13,7 +13,7 @@ from typing import Any, Self
 import httpx
 import numpy.typing as npt
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.lab.server.access import make_cookie_name
@@ -39,6 +39,15 @@ every_window = pytest.mark.parametrize(
     ],
 )
 SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
+
+
+def read_box(element: Locator) -> FloatRect:
+    """Return the position of an element, also if the page replaces the element by a new one."""
+    for _ in range(100):
+        box = element.bounding_box()
+        if box is not None:
+            return box
+    raise AssertionError(f"{element} is not visible")
 
 
 @dataclass(frozen=True)

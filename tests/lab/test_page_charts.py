@@ -20,7 +20,7 @@ from baldwinlab.studies.assays.storage import encode_assay
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations
-from tests.lab.client import SMALL, LabServer, every_window, get_json
+from tests.lab.client import SMALL, LabServer, every_window, get_json, read_box
 from tests.lab.conftest import run_server
 from tests.lab.test_page_live import QUICK, expect_state, start_live_run
 from tests.lab.test_page_results import open_results, read_query
@@ -61,8 +61,7 @@ def test_downloaded_curves_have_the_numbers_and_the_visible_lines(
     means = [float(row["mean"]) for row in rows if row["curve"] == "evo/A"]
     assert means == curves["evo/A"]["best"]["mean"]
     everything = download_picture(page, "curves.png")
-    plot = page.get_by_test_id("curves").locator("canvas").bounding_box()
-    assert plot is not None
+    plot = read_box(page.get_by_test_id("curves").locator("canvas"))
     # The title is above the plot. The legend and the note are below.
     assert everything.width > plot["width"]
     assert everything.height > plot["height"] + 4 * LINE_HEIGHT
@@ -136,8 +135,7 @@ def test_a_click_on_a_line_opens_its_run(page: Page, lab_server: LabServer) -> N
     open_results(page, "study=small&runs=each&measure=best")
     expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     plot = page.get_by_test_id("curves").locator(".u-over")
-    box = plot.bounding_box()
-    assert box is not None
+    box = read_box(plot)
     # This is the position of generation 1, where the highest line is nearest.
     plot.click(position={"x": box["width"] / 2, "y": 1})
     expect(page.get_by_test_id("share")).to_be_visible()

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 import baldwinlab as bl
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
-from tests.lab.client import LabServer
+from tests.lab.client import LabServer, read_box
 
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 PRESETS = ["evo/A", "evo+drift/A"]
@@ -177,7 +177,7 @@ def test_the_dialog_fits_into_a_narrow_window(
             assert (
                 dialog.evaluate("({ scrollWidth, clientWidth }) => scrollWidth - clientWidth") == 0
             )
-            box = dialog.bounding_box()
-            assert box is not None and box["x"] >= 0 and box["x"] + box["width"] <= width
+            box = read_box(dialog)
+            assert box["x"] >= 0 and box["x"] + box["width"] <= width
         page.get_by_test_id("compare-start").scroll_into_view_if_needed()
         expect(page.get_by_test_id("compare-start")).to_be_in_viewport(ratio=1)

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.lab.pages.explorable import scenes
 from tests.axe import find_violations
-from tests.lab.client import draw_frames
+from tests.lab.client import draw_frames, read_box
 from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
 
 # Return the number of pixels of a canvas that differ from its first pixel.
@@ -124,8 +124,7 @@ def test_the_page_fits_its_window(browser: Browser, essay: Path, width: int) -> 
     with open_essay(browser, essay, width, reduced_motion="reduce") as page:
         expect(page.locator('#both [data-value="learning"]')).not_to_have_text("…")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
-        canvas = page.locator("#agent canvas").bounding_box()
-        assert canvas is not None
+        canvas = read_box(page.locator("#agent canvas"))
         assert canvas["width"] >= 0.4 * min(width, 1920) - 30
 
 

@@ -13,6 +13,7 @@ from baldwinlab.experiment import Experiment, assign
 from baldwinlab.lab.pages.explorable import scenes
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
+from tests.lab.client import read_box
 from tests.lab.essays import STRINGS, open_essay, show
 
 
@@ -88,8 +89,7 @@ def parse_command(command: str) -> Experiment:
 def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay) as page:
         section = show(page, "yours")
-        box = section.locator("canvas").first.bounding_box()
-        assert box is not None
+        box = read_box(section.locator("canvas").first)
         section.get_by_label("wall").check()
         page.mouse.move(box["x"] + box["width"] * 0.4, box["y"] + box["height"] * 0.4)
         page.mouse.down()

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.papers import presets
-from tests.lab.client import LabServer
+from tests.lab.client import LabServer, read_box
 from tests.lab.test_page_export import shorten
 
 SIZES = {
@@ -104,11 +104,11 @@ def check_start_button(page: Page) -> None:
     expect(maps).to_be_visible()
     for size in SIZES.values():
         resize(page, size)
-        box = start.bounding_box()
-        assert box is not None and box["width"] >= 100 and box["height"] >= MIN_TARGET, size
+        box = read_box(start)
+        assert box["width"] >= 100 and box["height"] >= MIN_TARGET, size
         assert start.evaluate(ROWS) == int(box["height"]), size
-        picture = maps.bounding_box()
-        assert picture is not None and picture["y"] <= box["y"], size
+        picture = read_box(maps)
+        assert picture["y"] <= box["y"], size
         assert box["y"] + box["height"] <= picture["y"] + picture["height"], size
     resize(page, PORTRAIT)
     page.locator(".form summary").last.scroll_into_view_if_needed()

@@ -14,7 +14,7 @@ from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.frames import FrameQuery, Window, make_frames
 from baldwinlab.lab.sources.world_cursor import WorldCursor
 from tests.axe import find_violations
-from tests.lab.client import WINDOWS, LabServer
+from tests.lab.client import WINDOWS, LabServer, read_box
 from tests.lab.conftest import run_server
 from tests.lab.crowds import CROWD_SIZE, make_crowd, make_life
 from tests.lab.test_page_layout import check_page_layout, open_window
@@ -70,8 +70,7 @@ def test_a_map_shows_a_density_and_after_zooming_in_single_agents(
             page.get_by_role("button", name="Zoom in").click()
         expect(legend).not_to_contain_text(UNIT)
         # Find an agent near the center of the map with a click on each point of a grid.
-        box = canvas.bounding_box()
-        assert box is not None
+        box = read_box(canvas)
         for number in range(40):
             x, y = number % 8 - 4, number // 8 - 2
             page.mouse.click(box["x"] + 640 + 24 * x, box["y"] + 250 + 24 * y)

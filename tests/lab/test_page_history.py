@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.axe import find_violations
-from tests.lab.client import SMALL, LabServer, get_json
+from tests.lab.client import SMALL, LabServer, get_json, read_box
 from tests.lab.conftest import run_server
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
@@ -36,8 +36,8 @@ def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
     slider = page.get_by_role("slider", name="Generation")
     generation = page.get_by_test_id("generation-a")
     expect(slider).to_have_attribute("aria-valuetext", generation_text(lab_server, 2))
-    box = slider.bounding_box()
-    assert box is not None and 28 <= box["height"] <= 40
+    box = read_box(slider)
+    assert 28 <= box["height"] <= 40
     first, middle, last = (box["x"] + 8 + share * (box["width"] - 16) for share in (0, 0.5, 1))
     height = box["y"] + box["height"] / 2
     page.mouse.move(middle, height)
@@ -64,8 +64,8 @@ def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
     page.set_viewport_size({"width": 900, "height": 800})
     for curve in page.locator(".run-curve").all():
         expect(curve).to_be_visible()
-        box = curve.bounding_box()
-        assert box is not None and box["width"] >= 60
+        box = read_box(curve)
+        assert box["width"] >= 60
 
 
 @pytest.mark.nightly
@@ -77,8 +77,8 @@ def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
     ) as page:
         page.goto(f"{lab_server.entry}#/world?{LIFE}")
         expect(page.locator(".run-curve:not(.plain)")).to_have_count(1)
-        box = page.locator(".run-curve").bounding_box()
-        assert box is not None and 28 <= box["height"] <= 40
+        box = read_box(page.locator(".run-curve"))
+        assert 28 <= box["height"] <= 40
         page.touchscreen.tap(box["x"] + 9, box["y"] + box["height"] / 2)
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
         with run_server(tmp_path) as empty:

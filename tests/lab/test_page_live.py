@@ -14,7 +14,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import LabServer, get_json, wait_for
+from tests.lab.client import LabServer, get_json, read_box, wait_for
 
 QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
 # Tests stop a long run.
@@ -259,8 +259,7 @@ def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> No
     expect_state(page, "Done")
     plot = page.get_by_test_id("live-fitness").locator(".u-over")
     for x, generation in ((2, 0), (-3, 1), (2, 0)):
-        box = plot.bounding_box()
-        assert box
+        box = read_box(plot)
         plot.click(position={"x": x % box["width"], "y": box["height"] / 2})
         expect(page.get_by_test_id("live-caption")).to_have_text(f"Generation {generation}")
 

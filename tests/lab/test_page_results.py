@@ -18,7 +18,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import CLAIMS_FILE, write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import LabServer, get_json
+from tests.lab.client import LabServer, get_json, read_box
 from tests.small_studies import shorten_preset
 
 CLAIM = {
@@ -74,8 +74,7 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
     )
     open_results(page)
     plot = page.get_by_test_id("curves").locator(".u-over")
-    box = plot.bounding_box()
-    assert box is not None
+    box = read_box(plot)
     # This is the position of generation 1 of 0 to 2, where the highest curve is nearest.
     plot.click(position={"x": box["width"] / 2, "y": 1})
     expect(page.get_by_test_id("share")).to_be_visible()

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import SMALL, LabServer, get_response
+from tests.lab.client import SMALL, LabServer, get_response, read_box
 from tests.lab.conftest import open_offline_page
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
@@ -127,8 +127,7 @@ def test_a_shared_page_shows_the_food_zooms_and_describes_an_agent(
     offline_page.get_by_test_id("zoom-closer").click()
     offline_page.get_by_test_id("zoom-all").click()
     (world,) = last_drawn(offline_page, 250)
-    box = canvas.bounding_box()
-    assert box is not None
+    box = read_box(canvas)
     assert min(box["width"], box["height"]) >= 240
     margin = min(28, box["width"] * 0.03)
     scale = (min(box["width"], box["height"]) - 2 * margin) / 640

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from baldwinlab.simulation.replay import replay
-from tests.lab.client import LabServer, get_json
+from tests.lab.client import LabServer, get_json, read_box
 from tests.small_studies import shorten_preset
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
@@ -68,8 +68,7 @@ def test_generations_play_and_stop_at_the_last_one(page: Page) -> None:
 def test_tooltips_describe_the_agent_and_the_step_at_the_pointer(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.locator("[data-ready]")).to_have_count(1)
-    box = page.get_by_test_id("world-a").bounding_box()
-    assert box is not None
+    box = read_box(page.get_by_test_id("world-a"))
     scale = min(box["width"], box["height"]) * 0.94
     left = box["x"] + (box["width"] - scale) / 2
     top = box["y"] + (box["height"] - scale) / 2

@@ -16,7 +16,7 @@ from baldwinlab.lab.sources.inspector import inspect_agent
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
-from tests.lab.client import LabServer, draw_frames, wait_for
+from tests.lab.client import LabServer, draw_frames, read_box, wait_for
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -134,8 +134,7 @@ def test_a_click_opens_an_agent_and_its_parents(
 ) -> None:
     open_world(page)
     trace = replay(shorten_preset(), seed=5, run=1, generation=2)
-    box = find(page, "world-a").bounding_box()
-    assert box is not None
+    box = read_box(find(page, "world-a"))
     margin = min(28.0, 0.03 * min(box["width"], box["height"]))
     scale = min(box["width"], box["height"]) - 2 * margin
     left = box["x"] + (box["width"] - scale) / 2
