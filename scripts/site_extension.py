@@ -68,7 +68,7 @@ RESULT_CLASSES: Final = {
     "baldwinlab.parts.Lifetimes",
     "baldwinlab.parts.LineOfSight",
     "baldwinlab.parts.Mating",
-    "baldwinlab.parts.Reproduction",
+    "baldwinlab.parts.Brood",
     "baldwinlab.parts.Synapse",
 }
 """Classes whose objects only the package creates, so that the site shows no arguments."""

@@ -18,7 +18,7 @@ from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
-from baldwinlab.parts.variation import Reproduction, vary_children, vary_population
+from baldwinlab.parts.variation import Brood, vary_children, vary_population
 
 # Minimum number of children that a thread makes. It takes some milliseconds.
 MIN_CHILDREN_PER_THREAD: Final = 1_000
@@ -104,11 +104,11 @@ def make_children(
 
     def breed_range(first: int, end: int) -> None:
         draws = poison.empty((n_modules * n_weights, 4))
-        reproduction = Reproduction(key, genome, fitness, parents, draws, children)
+        brood = Brood(key, genome, fitness, parents, draws, children)
         if are_independent:
-            cached_jit(breed_independent_children, code)(variation, reproduction, first, end)
+            cached_jit(breed_independent_children, code)(variation, brood, first, end)
         else:
-            cached_jit(breed_children, code)(variation, reproduction)
+            cached_jit(breed_children, code)(variation, brood)
 
     minimum_size = MIN_CHILDREN_PER_THREAD if are_independent else len(children)
     run_in_ranges(breed_range, len(children), minimum_size)
@@ -118,17 +118,17 @@ def make_children(
 
 
 def breed_independent_children(
-    variation: Any, reproduction: Reproduction, first_child: int, end_child: int
+    variation: Any, brood: Brood, first_child: int, end_child: int
 ) -> None:
     """Create the children of a range, and replace each `ITSELF` in their parents."""
-    vary_children(variation, reproduction, first_child, end_child)
-    _complete_parents(reproduction.parents, first_child, end_child)
+    vary_children(variation, brood, first_child, end_child)
+    _complete_parents(brood.parents, first_child, end_child)
 
 
-def breed_children(variation: Any, reproduction: Reproduction) -> None:
+def breed_children(variation: Any, brood: Brood) -> None:
     """Create all children, and replace each `ITSELF` in their parents."""
-    vary_population(variation, reproduction)
-    _complete_parents(reproduction.parents, 0, reproduction.parents.shape[0])
+    vary_population(variation, brood)
+    _complete_parents(brood.parents, 0, brood.parents.shape[0])
 
 
 @compiled

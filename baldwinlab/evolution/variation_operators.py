@@ -24,7 +24,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.variation import Crossover, mutate_uniformly
-from baldwinlab.parts import Mating, Reproduction, Variation
+from baldwinlab.parts import Brood, Mating, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
@@ -136,16 +136,16 @@ class GenePool(Variation, name="gene-pool"):
     reads: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
 
     @staticmethod
-    def vary_population(part: Any, reproduction: Reproduction) -> None:
-        key = reproduction.key
-        children = reproduction.children
-        draws = reproduction.draws
-        parents = reproduction.parents
+    def vary_population(part: Any, brood: Brood) -> None:
+        key = brood.key
+        children = brood.children
+        draws = brood.draws
+        parents = brood.parents
         # Random number `draw` is for weight draw % length of module draw // length.
         length = children.shape[2]
         for child in range(children.shape[0]):
             if parents[child, 1] == ITSELF:
-                copy_genome(reproduction.genome[parents[child, 0]], children[child])
+                copy_genome(brood.genome[parents[child, 0]], children[child])
                 continue
             rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
@@ -155,7 +155,7 @@ class GenePool(Variation, name="gene-pool"):
                 parent = parents[pool_child, pool_index % 2]
                 if parent == ITSELF:
                     parent = parents[pool_child, 0]
-                inherited = reproduction.genome[parent, draw // length, draw % length]
+                inherited = brood.genome[parent, draw // length, draw % length]
                 if draws[draw, 1] < part.mutation_rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
                 children[child, draw // length, draw % length] = inherited

@@ -47,7 +47,7 @@ from baldwinlab.parts.selection import Generation, Selection
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.stop import Stop
 from baldwinlab.parts.synapses import LAYER_VALUES, Synapse, SynapticRule, for_each_synapse
-from baldwinlab.parts.variation import Mating, Reproduction, Variation
+from baldwinlab.parts.variation import Brood, Mating, Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.parts.world_features import ItemRegion, LineOfSight, WorldFeature
 
@@ -57,6 +57,7 @@ __all__ = [
     "LIFE",
     "PER_AGENT_DIMS",
     "Body",
+    "Brood",
     "Field",
     "Fields",
     "File",
@@ -78,7 +79,6 @@ __all__ = [
     "Part",
     "PartError",
     "PathView",
-    "Reproduction",
     "Selection",
     "Sense",
     "Source",

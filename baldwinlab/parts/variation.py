@@ -40,7 +40,7 @@ class Mating(NamedTuple):
     child: OneGenome
 
 
-class Reproduction(NamedTuple):
+class Brood(NamedTuple):
     """A population, the selected parents, and the genomes of their children.
 
     Attributes
@@ -83,7 +83,7 @@ def vary(part: Any, mating: Mating) -> None:
 
 
 @hook
-def vary_population(part: Any, reproduction: Reproduction) -> None:
+def vary_population(part: Any, brood: Brood) -> None:
     """Create all children.
 
     Per population, after selection. By default the hook copies the survivors and calls `vary` for
@@ -94,24 +94,24 @@ def vary_population(part: Any, reproduction: Reproduction) -> None:
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    reproduction : Reproduction
+    brood : Brood
         The population, the parents, and the children.
     """
-    vary_children(part, reproduction, 0, reproduction.children.shape[0])
+    vary_children(part, brood, 0, brood.children.shape[0])
 
 
 @compiled
-def vary_children(part: Any, reproduction: Reproduction, first_child: int, end_child: int) -> None:
+def vary_children(part: Any, brood: Brood, first_child: int, end_child: int) -> None:
     """Create the children of a range, as the default of `vary_population`."""
-    genome = reproduction.genome
-    parents = reproduction.parents
-    draws = reproduction.draws
-    seed = reproduction.key.seed
-    run = reproduction.key.run
-    generation = reproduction.key.generation
+    genome = brood.genome
+    parents = brood.parents
+    draws = brood.draws
+    seed = brood.key.seed
+    run = brood.key.run
+    generation = brood.key.generation
     for index in range(first_child, end_child):
         first = genome[parents[index, 0]]
-        child = reproduction.children[index]
+        child = brood.children[index]
         if parents[index, 1] == ITSELF:
             copy_genome(first, child)
             continue

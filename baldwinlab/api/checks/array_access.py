@@ -28,7 +28,7 @@ AXIS_NOUNS: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column",
 """Singular and plural of the entries along each axis, by number of dimensions."""
 OUTPUT_ARRAYS: Final = {
     "vary": "mating.child",
-    "vary_population": "reproduction.children",
+    "vary_population": "brood.children",
     "select": "generation.parents",
     "evaluate": "fitness",
 }

@@ -51,7 +51,7 @@ class Round(NamedTuple):
     lists: dict[str, Any]
 
 
-class Population(NamedTuple):
+class DrawnPopulation(NamedTuple):
     """A population before reproduction."""
 
     experiment: Any
@@ -95,7 +95,7 @@ def _as_lists(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Population]:
+def _simulate_generations(group: PartGroup, part: Any) -> Iterator[DrawnPopulation]:
     """Yield populations that reproduce with random fitness."""
     experiment = group.experiment.replace(population={"size": POPULATION_SIZE})
     random = np.random.default_rng(group.seed)
@@ -104,7 +104,7 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Population]:
     for generation in range(1, GENERATIONS + 1):
         fitness = np.round(random.uniform(0, 4, POPULATION_SIZE), 1)
         key = GenerationKey(group.seed, 0, generation)
-        yield Population(experiment, values, genome, fitness, key)
+        yield DrawnPopulation(experiment, values, genome, fitness, key)
         genome, _ = breed(experiment, genome, fitness, key)
 
 

@@ -27,7 +27,7 @@ from baldwinlab.parts.lifetimes import make_lifetimes, record_types
 from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import BREEDING_KINDS, Part
 from baldwinlab.parts.selection import Generation
-from baldwinlab.parts.variation import Mating, Reproduction
+from baldwinlab.parts.variation import Brood, Mating
 
 CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {
     "model": "model"
@@ -183,9 +183,7 @@ def breeding_arguments(
             parents=parents,
         ),
         "mating": Mating(fitter, second, draws, float(random.random()), child),
-        "reproduction": Reproduction(
-            GenerationKey(0, 0, 1), genome, fitness, parents, draws, genome.copy()
-        ),
+        "brood": Brood(GenerationKey(0, 0, 1), genome, fitness, parents, draws, genome.copy()),
         "count": 1,
         "innate": innate[0],
         "learned": random.normal(size=weights).astype(np.float32),

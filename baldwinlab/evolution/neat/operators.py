@@ -44,7 +44,7 @@ from baldwinlab.evolution.neat.species import (
 )
 from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Order, sort_by
-from baldwinlab.parts import Field, Generation, Reproduction, Selection, Variation
+from baldwinlab.parts import Brood, Field, Generation, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
@@ -292,20 +292,20 @@ class Neat(Variation, name="neat"):
             init_minimal_graph(genome[agent, 0], part.inputs, part.outputs)
 
     @staticmethod
-    def vary_population(part: Any, reproduction: Reproduction) -> None:
-        genome = reproduction.genome
-        children = reproduction.children
-        key = reproduction.key
-        fitness = reproduction.fitness
+    def vary_population(part: Any, brood: Brood) -> None:
+        genome = brood.genome
+        children = brood.children
+        key = brood.key
+        fitness = brood.fitness
         first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
         # The remaining rows of `draws` are scratch for `marks`.
-        child_draws = reproduction.draws[: FIRST_LINK_ROW + links]
-        marks = reproduction.draws[FIRST_LINK_ROW + links :, 0]
+        child_draws = brood.draws[: FIRST_LINK_ROW + links]
+        marks = brood.draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):
-            first_parent = reproduction.parents[child, 0]
-            second_parent = reproduction.parents[child, 1]
+            first_parent = brood.parents[child, 0]
+            second_parent = brood.parents[child, 1]
             copy_genome(genome[first_parent], children[child])
             if second_parent == ITSELF:
                 continue

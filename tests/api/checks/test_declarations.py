@@ -31,7 +31,7 @@ HOOKS = {
     "selection": ("Selection", "def select(part, generation)"),
     "variation": ("Variation", "def vary(part, mating)"),
     "variation with genes": ("Variation", "def vary(part, mating)"),
-    "vary_population": ("Variation", "def vary_population(part, reproduction)"),
+    "vary_population": ("Variation", "def vary_population(part, brood)"),
     "inheritance": ("Inheritance", "def inherit(part, innate_genome, learned, inherited_genome)"),
     "fitness": ("Fitness", "def evaluate(part, lifetimes, fitness)"),
     "stop": ("Stop", "def should_stop(part, lifetimes, fitness, generation)"),

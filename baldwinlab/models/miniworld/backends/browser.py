@@ -54,7 +54,7 @@ from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.parts.selection import Generation
-from baldwinlab.parts.variation import Reproduction
+from baldwinlab.parts.variation import Brood
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
 # The entry points compile these kernels into their own code.
@@ -295,7 +295,7 @@ def breed(population: BrowserPopulation) -> None:
     _draw_parents_of_children(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)
-        reproduction = Reproduction(
+        brood = Brood(
             key=key,
             genome=population.inherited,
             fitness=population.fitness,
@@ -303,7 +303,7 @@ def breed(population: BrowserPopulation) -> None:
             draws=population.draws,
             children=population.children,
         )
-        breed_children(population.variation, reproduction)
+        breed_children(population.variation, brood)
         remap_parents(population.origin, population.parents)
         _copy_genomes(population.children, population.genome)
         _apply_teacher_control(population, key)
