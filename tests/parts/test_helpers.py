@@ -124,9 +124,11 @@ class AgentCount(AgentSense, name="test-agent-count"):
 
 @pytest.fixture(scope="module", autouse=True)
 def _remove_parts() -> Iterator[None]:
+    """Remove the parts of this module. Other modules define parts when they are collected."""
     yield
+    names = {"test-oja", "test-rewarded", "test-item-count", "test-agent-count"}
     for kind, name in list(registry.custom_parts()):
-        if name.startswith("test-"):
+        if name in names or name.startswith("test-wrong"):
             registry.remove(kind, name)
 
 
