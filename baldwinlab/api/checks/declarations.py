@@ -27,7 +27,6 @@ RELATIVE_STEP: Final = 1e-6
 
 
 PACKAGE_PREFIX: Final = "baldwinlab."
-POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
 
 
 def check_declarations(group: PartGroup) -> str:
