@@ -147,6 +147,9 @@ def format_value(value: object) -> str:
 def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     path = shorten(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "tuple_type":
+        # Files and the lab have lists, and a user may not know tuples.
+        message = "input should be a list"
     if fault["type"] == "extra_forbidden":
         names = ", ".join(_find_table(fault["loc"], model).model_fields)
         return f"{path}: there is no such field; there are: {names}"

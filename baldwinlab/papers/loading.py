@@ -74,6 +74,8 @@ def _format_error(error: ValidationError) -> str:
         return f"{key} is missing"
     if fault["type"] == "extra_forbidden":
         return f"{key}: there is no such key"
+    if fault["type"] == "tuple_type":
+        message = "input should be a list"
     if fault["type"] == "string_pattern_mismatch":
         message = describe_pattern(fault["ctx"]["pattern"])
     if not key or fault["type"] == "value_error":

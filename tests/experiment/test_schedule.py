@@ -40,6 +40,11 @@ def test_other_words_are_refused(words: list[str]) -> None:
         parse_changes(words)
 
 
+def test_a_schedule_that_is_not_a_list_is_refused_as_such() -> None:
+    with pytest.raises(ExperimentError, match=r"schedule = '\[\{': input should be a list"):
+        EXPERIMENT.replace(schedule="[{")
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -221,7 +221,7 @@ INVALID = [
     ("claims", '["T1"]', '["T9"]', "claims.0.choices: there is no choice 'T9'; there are T1"),
     ("claims", '"senses.v', '"sense.v', "choice T1: sense.visual_radius: there is no 'sense'"),
     ("claims", '"T2"', '"T1"', "claims.toml: two claims have the id 'T1'"),
-    ("claims", CLAIMS, "claims = 3\n", "claims.toml: claims = 3: input should be a valid tuple"),
+    ("claims", CLAIMS, "claims = 3\n", "claims.toml: claims = 3: input should be a list"),
     (
         *("paper", "", 'conditions = ["plain", "plain"]\n'),
         "{}/paper.toml: conditions: 'plain' is listed twice; list each name once",
