@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import select_format, study_formats, write_export
-from baldwinlab.api.export.table import Table
+from baldwinlab.api.export.table import StudyTable
 from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers
@@ -75,7 +75,7 @@ class StudyExports(StudyRuns):
         StudyError
             No run is stored, or a record is damaged.
         """
-        return Table(self._store).to_pandas()
+        return StudyTable(self._store).to_pandas()
 
     def to_polars(self) -> pl.DataFrame:
         """Return the table of `to_pandas`, without units.
@@ -92,7 +92,7 @@ class StudyExports(StudyRuns):
         RefusedError
             Polars or PyArrow is not installed.
         """
-        return Table(self._store).to_polars()
+        return StudyTable(self._store).to_polars()
 
     @check_numbers
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:

@@ -10,6 +10,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Page, expect
 
+import baldwinlab as bl
 from baldwinlab.experiment import registry
 from baldwinlab.parts import load_file
 from tests.lab.client import LabServer, get_error, get_json
@@ -24,16 +25,26 @@ CHANGES = {
 }
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+@pytest.fixture
+def custom_model() -> Iterator[None]:
+    """Load the model and its variation, and remove them after the test."""
     load_file(PART)
-    with run_server(tmp_path_factory.mktemp("models")) as lab_server:
-        yield lab_server
+    yield
+    remove_custom_model()
+
+
+def remove_custom_model() -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
 
 
-def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServer) -> None:
+@pytest.mark.usefixtures("custom_model")
+def test_a_custom_model_is_simulated_saved_and_shown(page: Page, tmp_path: Path) -> None:
+    with run_server(tmp_path) as server:
+        require_saved_run(page, server)
+
+
+def require_saved_run(page: Page, server: LabServer) -> None:
     presets = {preset["name"]: preset for preset in get_json(server.address, "presets")["presets"]}
     description = presets["bit-strings"]["description"]
     assert description == "Strings of the alleles 0, 1 and ?, with guesses for each ?."
@@ -57,9 +68,16 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
     expect(page.get_by_role("alert")).to_contain_text("has no world to show")
 
 
-def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabServer) -> None:
-    for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.remove(kind, name)
+@pytest.mark.usefixtures("custom_model")
+def test_a_stored_study_is_shown_without_its_part_but_not_simulated(tmp_path: Path) -> None:
+    experiment = bl.load("bit-strings").replace(evolution={"generations": 5})
+    bl.run([experiment], runs=2, out=tmp_path / "bits")
+    remove_custom_model()
+    with run_server(tmp_path) as server:
+        require_results_without_part(server)
+
+
+def require_results_without_part(server: LabServer) -> None:
     (study,) = get_json(server.address, "studies")["studies"]
     (condition,) = study["conditions"]
     assert (condition["name"], condition["steps"]) == ("bit-strings", None)

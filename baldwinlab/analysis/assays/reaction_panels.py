@@ -15,7 +15,7 @@ from baldwinlab.experiment.paths import short_name
 UNCHANGED_SETTING: Final = "as evolved"
 
 
-class Panel(NamedTuple):
+class ReactionPanel(NamedTuple):
     """Reaction norms of one setting on one map."""
 
     # Path of the setting, or "map" for the map itself.
@@ -37,19 +37,19 @@ class Panel(NamedTuple):
         return [f"({value})" if value in self.evolved else value for value in self.values]
 
 
-def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
+def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[ReactionPanel]:
     """Return the reaction norms of all settings on all maps."""
     experiments = parse_experiments({"reaction": stored})
     trees = {name: experiment.to_dict() for name, experiment in experiments.items()}
     maps = {name: read_factors(data).map for name, data in stored.items()}
 
-    def make_panel(field: str, map_name: str) -> Panel:
+    def make_panel(field: str, map_name: str) -> ReactionPanel:
         names = [name for name in stored if maps[name] == map_name]
         evolved = {name: _find_evolved_value(map_name, trees[name], field) for name in names}
         norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
         distinct_values = {value for norm in norms.values() for value in norm}
         values = tuple(sorted(distinct_values, key=_rank_value))
-        return Panel(
+        return ReactionPanel(
             field=field,
             name=short_name(field, *experiments.values()),
             map=map_name,

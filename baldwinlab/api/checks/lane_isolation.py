@@ -20,7 +20,9 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
+from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import overridden_hooks
+from baldwinlab.parts.synapses import Synapse
 
 TESTED_AGENT: Final = 2
 """Number of the agent for which the hooks run."""
@@ -88,19 +90,24 @@ def _bytes_of_others(array: npt.NDArray[Any]) -> bytes:
 
 def _call_hook(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) -> Any:
     """Call a hook for one agent, in plain Python."""
+    rate = state.rate[0, TESTED_AGENT]
+    synapse = Synapse(
+        number=0,
+        weight=state.weights[0, TESTED_AGENT],
+        x=state.activations[0, TESTED_AGENT],
+        y=state.activations[-1, TESTED_AGENT],
+        rate=rate,
+    )
+    training = Training(rate, state.weights, state.activations, state.errors, state.targets)
     arguments = {
         **state._asdict(),
         "world": 0,
         "agent": TESTED_AGENT,
         "lane": TESTED_AGENT,
         "step": STEPS,
-        "first": 0,
-        "rate": state.rate[0, TESTED_AGENT],
         "units": len(state.activations),
-        "synapse": 0,
-        "weight": state.weights[0, TESTED_AGENT],
-        "x": state.activations[0, TESTED_AGENT],
-        "y": state.activations[-1, TESTED_AGENT],
+        "synapse": synapse,
+        "training": training,
         "table": np.empty((len(state.weights), 3), np.float32),
         "model": batch.model,
         "state": state,

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import ExportFormat
-from baldwinlab.api.export.table import KEY_COLUMNS, Column, Table
+from baldwinlab.api.export.table import KEY_COLUMNS, Column, StudyTable
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.studies.store import StudyStore
@@ -31,7 +31,7 @@ def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
     A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has
     the types, units and meanings of the columns.
     """
-    table = Table(study)
+    table = StudyTable(study)
     metadata_path = path.with_name(f"{path.name}{METADATA_SUFFIX}")
     # Every table of baldwinlab has this text in its header.
     header_mark = f",{','.join(KEY_COLUMNS[1:])},"
@@ -50,7 +50,7 @@ def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
     return f"{path}: {table.n_runs:,} runs"
 
 
-def _describe_table(table: Table, path: Path) -> dict[str, Any]:
+def _describe_table(table: StudyTable, path: Path) -> dict[str, Any]:
     """Return the metadata of a table, as CSV on the Web defines them."""
     return {
         "@context": "http://www.w3.org/ns/csvw",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.api.export.formats import ExportFormat
-from baldwinlab.api.export.table import Table
+from baldwinlab.api.export.table import StudyTable
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.studies.store import StudyStore
@@ -16,7 +16,7 @@ def write_parquet(study: StudyStore, path: Path, *, force: bool = False) -> str:
     """Write the table of a study row group by row group; return the number of runs as text."""
     import pyarrow.parquet as pq
 
-    table = Table(study)
+    table = StudyTable(study)
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
     with (
         atomic_path(path) as partial_path,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 from baldwinlab.api.export.formats import ExportFormat, Option
-from baldwinlab.api.export.table import KEY_COLUMNS, Table
+from baldwinlab.api.export.table import KEY_COLUMNS, StudyTable
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local, shorten_path
@@ -88,7 +88,7 @@ def write_crate(
     root["license"] = _add_entity(crate, license_address, "CreativeWork", license_properties)
     profile = {"name": "Process Run Crate", "version": "0.5"}
     root["conformsTo"] = _add_entity(crate, PROFILE_ADDRESS, "CreativeWork", profile)
-    variables = [_add_entity(crate, *variable) for variable in _list_variables(Table(study))]
+    variables = [_add_entity(crate, *variable) for variable in _list_variables(StudyTable(study))]
     root["variableMeasured"] = _unwrap_single(variables)
     if people:
         root["author"] = _unwrap_single(people)
@@ -143,7 +143,7 @@ def _parse_author(author: str) -> Entity:
     return address, "Person", {"name": name}
 
 
-def _list_variables(table: Table) -> Iterator[Entity]:
+def _list_variables(table: StudyTable) -> Iterator[Entity]:
     """Yield the recorded variables of an agent, with their units."""
     for column in table.columns:
         if column.name not in KEY_COLUMNS and not column.categories:

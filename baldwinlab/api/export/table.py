@@ -49,7 +49,7 @@ class Column(NamedTuple):
     categories: tuple[str, ...] = ()  # The different values of a column of text; () for numbers.
 
 
-class Table:
+class StudyTable:
     """The table of the conditions of a study that have runs.
 
     The constructor reads the columns, and the methods read the rows.

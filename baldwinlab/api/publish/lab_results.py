@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Final
 
-from baldwinlab.analysis.assays.reaction_panels import Panel, make_reaction_panels
+from baldwinlab.analysis.assays.reaction_panels import ReactionPanel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,
@@ -217,7 +217,7 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
     return {"unit": name_food_outcome(experiments), "panels": records}
 
 
-def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
+def _summarize_norms(panel: ReactionPanel) -> dict[str, dict[str, list[float | None]]]:
     """Return the median and its interval by condition, with None for missing values."""
     indices = range(len(panel.values))
     summaries = {}

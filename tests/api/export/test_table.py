@@ -17,7 +17,7 @@ import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.export import table as table_export
-from baldwinlab.api.export.table import Table
+from baldwinlab.api.export.table import StudyTable
 from tests.small_studies import make_small_study, shorten_preset
 
 KEY = ["condition", "run", "generation", "agent"]
@@ -151,7 +151,7 @@ def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> No
 
 def test_a_table_of_agents_has_no_time_series(tmp_path: Path) -> None:
     experiment = shorten_preset("evo/A").replace(record={"every": 100})
-    table = Table(make_small_study(tmp_path / "study", [experiment], runs=1))
+    table = StudyTable(make_small_study(tmp_path / "study", [experiment], runs=1))
     assert "food_eaten" in table.names
     assert "energy_gained" not in table.names
 
