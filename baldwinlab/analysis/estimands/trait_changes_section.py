@@ -224,10 +224,6 @@ def _tabulate_generations(
     for name in names:
         for quantity in quantities:
             values = changes[name].values[quantity]
-            table = tabulate_interval(interval_of_median(values))
-            means = values.mean("run").values
-            rows += [
-                {"condition": name, "quantity": quantity, "mean": mean, **row}
-                for mean, row in zip(means.tolist(), table, strict=True)
-            ]
+            table = tabulate_interval(interval_of_median(values), mean=values.mean("run"))
+            rows += [{"condition": name, "quantity": quantity, **row} for row in table]
     return rows

@@ -229,8 +229,9 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     """Return the mean over runs and its interval: one row per condition and generation."""
-    interval = interval_of_mean(fitness.MEASURES[measure](data))
-    rows = tabulate_interval(interval, "mean")
+    # The condition names the factors, which are coordinates of the data.
+    values = fitness.MEASURES[measure](data).reset_coords(drop=True).transpose("condition", ...)
+    rows = tabulate_interval(interval_of_mean(values), "mean")
     return [
         {"condition": row["condition"], "measure": measure, **row}
         for row in rows

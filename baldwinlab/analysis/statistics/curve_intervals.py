@@ -63,11 +63,12 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval
     return CurveInterval(values.median(over), count.copy(data=low), count.copy(data=high))
 
 
-def tabulate_interval(interval: CurveInterval, center: str = "median") -> list[dict[str, Any]]:
-    """Return the rows of a table: coordinates, the mean or the median (`center`), low and high."""
+def tabulate_interval(
+    interval: CurveInterval, center: str = "median", **columns: xr.DataArray
+) -> list[dict[str, Any]]:
+    """Return the rows of a table: coordinates, `columns`, the mean or median, low and high."""
     numbers = {center: interval.center, "low": interval.low, "high": interval.high}
-    table = xr.Dataset(numbers).reset_coords(drop=True)[list(numbers)].to_dataframe()
-    return list(table.reset_index().to_dict("records"))
+    return list(xr.Dataset({**columns, **numbers}).to_dataframe().reset_index().to_dict("records"))
 
 
 def _take_along_last(values: np.ndarray, index: np.ndarray) -> np.ndarray:
