@@ -12,7 +12,10 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean, tabulate_interval
+from baldwinlab.analysis.statistics.curve_intervals import (
+    interval_of_mean,
+    tabulate_interval,
+)
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
@@ -229,9 +232,12 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     """Return the mean over runs and its interval: one row per condition and generation."""
-    # The condition names the factors, which are coordinates of the data.
-    values = fitness.MEASURES[measure](data).reset_coords(drop=True).transpose("condition", ...)
+    # The condition names the factors, which are further coordinates.
+    values = fitness.MEASURES[measure](data).reset_coords(drop=True)
     rows = tabulate_interval(interval_of_mean(values), "mean")
+    # The rows of a condition stay together.
+    order = values["condition"].values.tolist()
+    rows.sort(key=lambda row: order.index(row["condition"]))
     return [
         {"condition": row["condition"], "measure": measure, **row}
         for row in rows

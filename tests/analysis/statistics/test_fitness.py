@@ -106,3 +106,19 @@ def test_stored_curves_equal_computed_ones() -> None:
             compute(stored.drop_dims("agent")).sel(condition=1).values.tolist()[0][0]
             == compute(two).values[1, 0, 0]
         ), measure
+
+
+def test_a_table_of_intervals_keeps_the_factors_of_conditions() -> None:
+    values = xr.DataArray(
+        np.arange(24.0).reshape(2, 2, 6),
+        dims=("condition", "generation", "run"),
+        coords={"condition": ["evo/A", "evo/B"], "map": ("condition", ["A", "B"])},
+    )
+    interval = curve_intervals.interval_of_median(values)
+    rows = curve_intervals.tabulate_interval(interval, mean=values.mean("run"))
+    assert [(row["condition"], row["map"], row["generation"]) for row in rows] == [
+        ("evo/A", "A", 0), ("evo/A", "A", 1), ("evo/B", "B", 0), ("evo/B", "B", 1),
+    ]  # fmt: skip
+    assert (
+        [row["mean"] for row in rows] == [row["median"] for row in rows] == [2.5, 8.5, 14.5, 20.5]
+    )
