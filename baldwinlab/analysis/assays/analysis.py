@@ -173,7 +173,7 @@ class Analysis:
     def too_few(self) -> str:
         """Sentences if the runs are too few for the tests, else ""."""
         answers = [answer for result in self.results for answer in result.answers]
-        tests = [_planned_test(answer.numbers.n) for answer in answers if answer.numbers]
+        tests = [answer.test.planned for answer in answers if answer.test]
         return describe_too_few(tests, instruction=self.instruction)
 
     @property
