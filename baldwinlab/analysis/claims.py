@@ -17,12 +17,12 @@ import xarray as xr
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
-from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
+from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS, Contrast
+from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.verdicts import decide, direction
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.statistics.rules import decide, direction
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.analysis.statistics.stability import direction_stability
 from baldwinlab.analysis.statistics.survival import compare_survival

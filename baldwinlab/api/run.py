@@ -180,7 +180,7 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory:
     if len(names) == 1:
         return ""
     # Imported late: SciPy's statistics take a while to load.
-    from baldwinlab.analysis.statistics.contrasts import planned_tests
+    from baldwinlab.analysis.results.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     factors_of_presets = factors()

@@ -201,7 +201,7 @@ class Study(StudyExports):
         # Imported late: pandas and SciPy's statistics take a while to load.
         import pandas as pd
 
-        from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS
+        from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS
         from baldwinlab.api.publish import lab_results
 
         contrasts = lab_results.compare_study(self._store, last, baseline or "")

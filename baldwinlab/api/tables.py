@@ -11,15 +11,14 @@ from rich.text import Text
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.statistics.contrast_table import (
+from baldwinlab.analysis.results.contrasts import Contrasts
+from baldwinlab.analysis.results.table import (
     HEADINGS,
     NUMBER_HEADINGS,
     list_cells,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
+from baldwinlab.analysis.results.verdicts import MARKS, TOO_FEW_RUNS
 from baldwinlab.core import console
 from baldwinlab.papers.claims import KINDS
 
@@ -147,10 +146,7 @@ def make_variants_table(multiverse: Multiverse) -> Table:
     table.add_column("distance", justify="right")
     for variant in multiverse.singles.variants:
         verdicts = [variant.outcomes[claim.id].verdict for claim in multiverse.claims]
-        marks = [
-            Text(VERDICT_MARKS[verdict], style=VERDICT_STYLE.get(verdict, ""))
-            for verdict in verdicts
-        ]
+        marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
         distance = "" if variant.distance is None else f"{variant.distance:.2f}"
         table.add_row(
             " ".join((variant.name, *variant.choices)), *marks, str(variant.held), distance

@@ -19,7 +19,7 @@ from baldwinlab.analysis.agent_symbols import (
 )
 from baldwinlab.analysis.palette import MOVIE_COLORS, SPECIES_SHAPES
 from baldwinlab.experiment.species import MAX_SPECIES
-from tests.analysis.statistics.studies import species_trace, trace
+from tests.analysis.results.studies import species_trace, trace
 
 SIZE = 101
 CENTER = (50.0, 50.0)

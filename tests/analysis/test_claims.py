@@ -19,13 +19,13 @@ from scipy import stats
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_statistics
-from baldwinlab.analysis.statistics.rules import Verdict, combine_verdicts
+from baldwinlab.analysis.results.verdicts import Verdict, combine_verdicts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
 from baldwinlab.papers.paper import Paper, open_paper
 from baldwinlab.papers.presets import paper
 from baldwinlab.parts import Measure
-from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
+from tests.analysis.results.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
 

@@ -11,7 +11,7 @@ from PIL import Image, ImageColor
 from baldwinlab.analysis.agent_symbols import list_symbols
 from baldwinlab.analysis.movie import write_movie
 from baldwinlab.analysis.scene import CAPTION_HEIGHT, LEGEND_ROW_HEIGHT, Scene, SceneRenderer
-from tests.analysis.statistics.studies import species_trace
+from tests.analysis.results.studies import species_trace
 
 SIZES = {"predators": 2, "prey": 3}
 MAP_TOP = CAPTION_HEIGHT + LEGEND_ROW_HEIGHT

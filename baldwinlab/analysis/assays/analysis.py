@@ -19,12 +19,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.criteria import (
     CONTROL_LAST,
     INNATE_LAST,
-    NO,
-    NOT_MEASURABLE,
-    NOT_MEASURED,
     RULE_SIGNS,
-    UNDECIDED,
-    YES,
     Criterion,
     Verdict,
     combine_verdicts,
@@ -41,12 +36,16 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
-from baldwinlab.analysis.statistics.sample_sizes import (
+from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.verdicts import (
+    NO,
+    NOT_MEASURABLE,
+    NOT_MEASURED,
     TOO_FEW_RUNS,
-    PlannedTest,
-    describe_too_few,
+    UNDECIDED,
+    YES,
 )
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors

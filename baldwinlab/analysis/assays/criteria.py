@@ -11,15 +11,10 @@ from typing import Any, Final, Literal
 
 from baldwinlab.analysis.assays.phrases import Terms, fill_terms, select_terms
 from baldwinlab.analysis.assays.values import Quantity
+from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 Verdict = Literal["yes", "no", "undecided", "not measurable", "not measured"]
-YES: Final[Verdict] = "yes"
-NO: Final[Verdict] = "no"
-UNDECIDED: Final[Verdict] = "undecided"
-# Both quantities have the same value in all runs.
-NOT_MEASURABLE: Final[Verdict] = "not measurable"
-NOT_MEASURED: Final[Verdict] = "not measured"
 RULE_SIGNS: Final = {"greater": 1, "lower": -1}
 # Innate fitness in the last generations of a condition, and of its no-learning control.
 INNATE_LAST: Final[Quantity] = ("off", "last")

@@ -31,21 +31,15 @@ from baldwinlab.analysis.report.tables import (
     describe_medians,
     number_cells,
 )
-from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
+from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.table import NUMBER_HEADINGS
+from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
-from baldwinlab.analysis.statistics.numbers import format_number
-from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW_RUNS,
-    PlannedTest,
-    describe_too_few,
-)
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 
 OPPONENTS: Final = "opponents"
 Difference = Literal["higher", "lower", "undecided", "too few runs"]
-HIGHER: Final[Difference] = "higher"
-LOWER: Final[Difference] = "lower"
-UNDECIDED: Final[Difference] = "undecided"
 DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
 GENERATION_DIMS: Final = ("first_generation", "second_generation")
 """Dimensions of the generations of the first and of the second species."""

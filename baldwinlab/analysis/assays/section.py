@@ -30,10 +30,10 @@ from baldwinlab.analysis.report.tables import (
     number_cells,
     tabulate,
 )
-from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS
+from baldwinlab.analysis.results.numbers import format_estimate, format_number
+from baldwinlab.analysis.results.table import NUMBER_HEADINGS
 from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.numbers import format_estimate, format_number
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.texts import Inference

@@ -19,14 +19,8 @@ from baldwinlab.analysis.atlas.statistics import (
     estimate_slope,
     is_equivalent,
 )
-from baldwinlab.analysis.statistics.rules import (
-    FAILS,
-    HOLDS,
-    MIN_INTERVAL_RUNS,
-    NOT_EVALUATED,
-    UNDECIDED,
-    Verdict,
-)
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
+from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS
 from baldwinlab.analysis.theory.needle import selection_against_unset
 from baldwinlab.papers.atlas_design import AtlasClaim
 

@@ -38,10 +38,10 @@ from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.report.tables import Table, add_detail, tabulate
+from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically
 
 TITLE: Final = "What changed the mean in each generation"

@@ -15,6 +15,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from baldwinlab.analysis.estimands.estimate import MEASURED, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, TOO_FEW_RUNS, UNDECIDED, YES
 from baldwinlab.analysis.statistics.bootstrap import (
     percentile_interval,
     resample_medians,
@@ -25,9 +26,8 @@ from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_
 from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.power import signed_rank_runs
 from baldwinlab.analysis.statistics.rank_tests import has_exact_signed_rank, signed_rank_tails
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW_RUNS,
+    SIGNIFICANCE_LEVEL,
     PlannedTest,
     describe_too_few,
 )
@@ -35,10 +35,6 @@ from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.analysis.statistics.stability import MIN_STABILITY, verdict_stability
 
 Verdict = Literal["yes", "opposite", "equivalent", "undecided"]
-YES: Final[Verdict] = "yes"
-OPPOSITE: Final[Verdict] = "opposite"
-EQUIVALENT: Final[Verdict] = "equivalent"
-UNDECIDED: Final[Verdict] = "undecided"
 VERDICTS: Final = (YES, OPPOSITE, EQUIVALENT, UNDECIDED)
 COLUMNS: Final = (
     "paper", "condition", "question", "class", "trait", "estimate", "low", "high", "p", "q",

@@ -12,17 +12,10 @@ from matplotlib.patches import Patch
 
 from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
-from baldwinlab.analysis.gallery.decisions import (
-    EQUIVALENT,
-    OPPOSITE,
-    UNDECIDED,
-    YES,
-    Decision,
-    Measurement,
-    SystemName,
-)
+from baldwinlab.analysis.gallery.decisions import Decision, Measurement, SystemName
 from baldwinlab.analysis.gallery.summary import DIMENSIONLESS, QuestionSummary
 from baldwinlab.analysis.palette import BLACK, VERMILION
+from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, UNDECIDED, YES
 from baldwinlab.analysis.statistics.meta_analysis import RandomEffects
 
 # Widths of the names of systems and of a panel, in inches.

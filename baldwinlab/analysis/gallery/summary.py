@@ -15,8 +15,9 @@ import numpy as np
 
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
-from baldwinlab.analysis.gallery.decisions import VERDICTS, YES, Decision, Measurement
+from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement
 from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, tabulate
+from baldwinlab.analysis.results.verdicts import YES
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
 TITLES: Final[Mapping[str, str]] = {

@@ -19,7 +19,7 @@ import xarray as xr
 
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, Outcome, VariantResult
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.papers import Paper, load
 
 # Name of the variant with which all other variants are compared.

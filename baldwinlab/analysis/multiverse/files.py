@@ -19,7 +19,7 @@ from baldwinlab.analysis.multiverse.analysis import (
     variants_with_paper_effects,
 )
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, read_bytes
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from baldwinlab.analysis.statistics.rules import Verdict
+from baldwinlab.analysis.results.verdicts import Verdict
 
 
 class _Record(BaseModel):

@@ -29,8 +29,8 @@ from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.report.tables import Table, tabulate
-from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, join_names
-from baldwinlab.analysis.statistics.rules import HOLDS, NOT_EVALUATED, VERDICT_MARKS, Verdict
+from baldwinlab.analysis.results.numbers import format_estimate, format_number, join_names
+from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict
 from baldwinlab.papers import load
 
 # Heights of a row, and of the headings and margins without and with a legend, in inches.
@@ -221,8 +221,12 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     _draw_cell_borders(axes, len(claims), choices)
     drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
     legend_handles = [
-        Patch(facecolor=VERDICT_COLORS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
-        for verdict, mark in VERDICT_MARKS.items()
+        Patch(
+            facecolor=VERDICT_COLORS[verdict],
+            edgecolor=MID_GRAY,
+            label=f"{MARKS[verdict]} {verdict}",
+        )
+        for verdict in VERDICTS
         if verdict in drawn_verdicts
     ]
     figure.legend(handles=legend_handles, loc="outside lower center", ncols=len(legend_handles))
@@ -236,10 +240,10 @@ def _label_variant(variant: VariantResult) -> str:
 def _format_outcome(outcome: Outcome) -> str:
     """Return a mark and the effect, such as "✓ +282". A level, such as a share, has no sign."""
     if outcome.effect is None:
-        return VERDICT_MARKS[outcome.verdict]
+        return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
     text = f"{outcome.effect:.{_decimals(outcome.effect)}f}"
-    return f"{VERDICT_MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
+    return f"{MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
 
 
 def _decimals(effect: float) -> int:

@@ -7,10 +7,14 @@ from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, VariantResult
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed, join_names
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED, Verdict
+from baldwinlab.analysis.results.numbers import format_number, format_signed, join_names
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED, Verdict
 
-VERDICT_PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
+VERDICT_PHRASES: Final[Mapping[Verdict, str]] = {
+    HOLDS: "holds",
+    UNDECIDED: "is undecided",
+    FAILS: "does not hold",
+}
 # Largest numbers of variants that a sentence lists by name. Larger numbers are counted.
 MAX_NAMED: Final = 8
 MAX_NAMED_WITH_STANDARD: Final = 2

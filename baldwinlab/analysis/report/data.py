@@ -13,7 +13,7 @@ import xarray as xr
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.report.replays import StoredLife, find_typical_lives
-from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import Paper
 

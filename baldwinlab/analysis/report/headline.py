@@ -8,15 +8,15 @@ from typing import NamedTuple
 from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.replays import Link, StoredLife, format_replay_command, make_link
-from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_table import (
+from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.table import (
     format_effect,
     format_test,
     state_verdict,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment.outcome import name_outcome_of
 from baldwinlab.papers import Paper
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed
+from baldwinlab.analysis.results.numbers import format_number, format_signed
 from baldwinlab.experiment.outcome import FOOD_OUTCOMES, name_share
 
 MEASURE_NAMES = {

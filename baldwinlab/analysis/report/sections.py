@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.report import content, phrases, tables
-from baldwinlab.analysis.statistics import contrast_table, numbers
+from baldwinlab.analysis.results import numbers, table
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 
@@ -27,14 +27,14 @@ WATCH_PLACEHOLDER: Final = "<!-- watch -->"
 TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": numbers.format_number,
     "p_value": numbers.format_p_value,
-    "effect": contrast_table.format_effect,
+    "effect": table.format_effect,
     "comparison": phrases.describe_comparison,
     "finding": phrases.describe_finding,
     "badge": tables.badge,
     "verdict": tables.show_verdict,
     "contrasts_table": tables.tabulate_contrasts,
-    "summary": contrast_table.summarize_contrasts,
-    "method": contrast_table.describe_method,
+    "summary": table.summarize_contrasts,
+    "method": table.describe_method,
     "weakest": content.find_weakest_findings,
 }
 

@@ -21,10 +21,10 @@ from baldwinlab.analysis.report.sections import (
     complete_page,
     render,
 )
+from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.table import summarize_contrasts
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
-from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically
 
 

@@ -13,33 +13,18 @@ from markupsafe import Markup
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.content import find_weakest_findings
-from baldwinlab.analysis.statistics.comparisons import Pairs
-from baldwinlab.analysis.statistics.contrast_table import (
+from baldwinlab.analysis.results.contrasts import Contrasts
+from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.table import (
     HEADINGS,
     NUMBER_HEADINGS,
     format_comparison,
     list_cells,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.results.verdicts import MARKS, UNSTABLE
+from baldwinlab.analysis.statistics.comparisons import Pairs
 from baldwinlab.papers.claims import KINDS
 
-MARKS: Final[Mapping[str, str]] = {
-    "holds": "✓",
-    "does not hold": "✗",
-    "undecided": "?",
-    "not evaluated": "–",
-    "yes": "✓",
-    "no": "✗",
-    "opposite": "✗",
-    "equivalent": "=",
-    "unstable": "~",
-    "not measured": "–",
-    "not measurable": "–",
-    "higher": "▲",
-    "lower": "▼",
-    "too few runs": "?",
-}
 # CSS classes of the columns of a comparison. The other columns have numbers, each on one line.
 COMPARISON_CLASSES: Final = {"condition": "", "verdict": "plain", "effect": "measured"}
 
@@ -73,7 +58,7 @@ def badge(verdict: str) -> Markup:
 
 def show_verdict(entry: Any) -> Markup:
     """Return the badge of an entry with a label, and whether its verdict is unstable."""
-    labels = [entry.label, *["unstable"] * entry.is_unstable]
+    labels = [entry.label, *[UNSTABLE] * entry.is_unstable]
     return Markup(" ").join(map(badge, labels))
 
 
@@ -89,7 +74,7 @@ def emphasize(text: str, *details: str) -> Markup:
 
 
 def columns_of_comparisons(headings: Mapping[str, str]) -> dict[str, str]:
-    """Return columns of a table in the style "claims", by headings of `contrast_table`."""
+    """Return columns of a table in the style "claims", by headings of `results.table`."""
     return {heading: COMPARISON_CLASSES.get(key, "plain") for key, heading in headings.items()}
 
 

@@ -27,6 +27,9 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import ReportSummary, Section, render
 from baldwinlab.analysis.report.tables import Table, badge, tabulate
+from baldwinlab.analysis.results.numbers import format_estimate, format_number, format_p_value
+from baldwinlab.analysis.results.table import format_effect
+from baldwinlab.analysis.results.verdicts import HOLDS
 from baldwinlab.analysis.stages.noise_comparison import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
@@ -34,10 +37,8 @@ from baldwinlab.analysis.stages.noise_comparison import (
     NoiseComparison,
 )
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
-from baldwinlab.analysis.statistics.contrast_table import format_effect
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.numbers import format_estimate, format_number, format_p_value
-from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.claims import UNSEEN_MAPS_MEASURE

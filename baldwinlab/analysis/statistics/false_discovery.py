@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 
 

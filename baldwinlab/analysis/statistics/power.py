@@ -15,8 +15,11 @@ import numpy as np
 from scipy import stats
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
-from baldwinlab.analysis.statistics.rules import MIN_INTERVAL_RUNS, SIGNIFICANCE_LEVEL
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
+from baldwinlab.analysis.statistics.sample_sizes import (
+    MIN_INTERVAL_RUNS,
+    SIGNIFICANCE_LEVEL,
+    PlannedTest,
+)
 from baldwinlab.analysis.statistics.samples import Sample
 
 # Probability that a study of the required size detects the effect.

@@ -16,17 +16,17 @@ from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, tabulate
-from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_table import AGENT_NAMES, SUMMARY_MEASURE
-from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.numbers import (
+from baldwinlab.analysis.results.contrasts import Contrasts
+from baldwinlab.analysis.results.numbers import (
     format_estimate,
     format_number,
     format_p_value,
     format_signed,
     join_names,
 )
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.results.table import AGENT_NAMES, SUMMARY_MEASURE
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 from baldwinlab.experiment.outcome import name_outcome_of

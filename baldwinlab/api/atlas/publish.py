@@ -32,8 +32,8 @@ from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, add_detail, badge
+from baldwinlab.analysis.results.verdicts import VERDICTS
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.rules import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr

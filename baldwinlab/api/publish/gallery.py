@@ -29,8 +29,8 @@ from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.replays import link_paper
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core.file_writing import write_atomically, write_json
 

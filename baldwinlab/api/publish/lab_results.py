@@ -6,20 +6,20 @@ from dataclasses import replace
 from typing import Any, Final
 
 from baldwinlab.analysis.assays.reaction_panels import ReactionPanel, make_reaction_panels
-from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.contrast_table import (
+from baldwinlab.analysis.results.contrasts import (
+    COMPARED_MEASURES,
+    Contrasts,
+    compare_final_values,
+    final_values,
+)
+from baldwinlab.analysis.results.table import (
     HEADINGS,
     describe_contrast,
     describe_method,
     list_cells,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import (
-    COMPARED_MEASURES,
-    Contrasts,
-    compare_final_values,
-    final_values,
-)
+from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
@@ -133,7 +133,7 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 
 def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
-    """Return comparisons as plain data: numbers, and the texts of `contrast_table`.
+    """Return comparisons as plain data: numbers, and the texts of `results.table`.
 
     Returns the sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
     and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.

@@ -29,9 +29,9 @@ from baldwinlab.analysis.report.data import ReportData, emergence_generations
 from baldwinlab.analysis.report.sections import Section
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.study import draw_report, write_report
+from baldwinlab.analysis.results.contrasts import Contrasts, compare_conditions
 from baldwinlab.analysis.stages import section as stages_section
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.analysis.statistics.fitness import add_unseen_maps
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.added_runs import instruction_of

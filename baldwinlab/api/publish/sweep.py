@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from baldwinlab.analysis.statistics.contrasts import (
+from baldwinlab.analysis.results.contrasts import (
     COMPARED_MEASURES,
     COMPARISON_COLUMNS,
     Contrasts,

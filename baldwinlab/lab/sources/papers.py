@@ -178,7 +178,7 @@ def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, in
     except StudyError as error:
         return {}, str(error)
     # This import of SciPy's statistics takes time.
-    from baldwinlab.analysis.statistics.rules import VERDICTS
+    from baldwinlab.analysis.results.verdicts import VERDICTS
 
     # The page shows kinds and verdicts in this order.
     names_by_kind = {"": ""} | {kind: plural for kind, (_, plural) in KINDS.items()}

@@ -9,16 +9,14 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.opponents import (
-    HIGHER,
-    LOWER,
-    UNDECIDED,
     compare_generations,
     compose_sentences,
     draw_matrices,
     list_matrices,
     make_section,
 )
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, UNDECIDED
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.studies.assays.catalog import get_assay
 

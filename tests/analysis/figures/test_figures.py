@@ -46,7 +46,7 @@ from tests.analysis.multiverse.variants import (
     multiverse_of,
     variant_of,
 )
-from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trace, study, trace
+from tests.analysis.results.studies import AS_THE_PAPER, Claims, species_trace, study, trace
 
 FORAGERS = "evo+self-taught/B"
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}

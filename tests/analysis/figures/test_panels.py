@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.figures import panels
 from baldwinlab.analysis.figures.style import styled, to_svg
 from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
-from tests.analysis.statistics.studies import AS_THE_PAPER, study
+from tests.analysis.results.studies import AS_THE_PAPER, study
 
 
 @styled

@@ -27,7 +27,7 @@ from tests.analysis.multiverse.variants import (
     variant_of,
     with_gain,
 )
-from tests.analysis.statistics.studies import AS_THE_PAPER
+from tests.analysis.results.studies import AS_THE_PAPER
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
 

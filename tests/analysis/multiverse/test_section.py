@@ -18,7 +18,7 @@ from baldwinlab.analysis.multiverse.section import (
 )
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
 from baldwinlab.analysis.report.sections import write_page
-from baldwinlab.analysis.statistics.rules import HOLDS, UNDECIDED
+from baldwinlab.analysis.results.verdicts import HOLDS, UNDECIDED, Verdict
 from baldwinlab.studies.multiverse import vary_one_at_a_time
 from tests.analysis.multiverse.variants import (
     NO_MEALS,
@@ -98,9 +98,9 @@ def test_combinations_name_the_choice_with_the_largest_effect() -> None:
 @pytest.mark.usefixtures("placeholder_figures")
 def test_a_study_with_more_runs_has_an_explanation_of_its_other_verdicts(tmp_path: Path) -> None:
     few = small_multiverse()
-    undecided = StandardStudy(
-        dict.fromkeys([claim.id for claim in few.claims], HOLDS) | {"C6": UNDECIDED}, (30, 30)
-    )
+    verdicts: dict[str, Verdict] = {claim.id: HOLDS for claim in few.claims}
+    verdicts["C6"] = UNDECIDED
+    undecided = StandardStudy(verdicts, (30, 30))
     sentences = explain_differences(few, undecided)
     assert "This study has 30 runs of each condition, and every variant has 8." in sentences
     assert "Some verdicts therefore differ: C6 (is undecided with 30, holds with 8)." in sentences
@@ -110,9 +110,10 @@ def test_a_study_with_more_runs_has_an_explanation_of_its_other_verdicts(tmp_pat
 
 def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:
     few = small_multiverse()
-    all_hold = dict.fromkeys([claim.id for claim in few.claims], HOLDS)
-    assert explain_differences(few, StandardStudy(all_hold, (30, 30))) == ""
-    equal_runs = StandardStudy(all_hold | {"C6": UNDECIDED}, few.variants[0].runs)
+    verdicts: dict[str, Verdict] = {claim.id: HOLDS for claim in few.claims}
+    assert explain_differences(few, StandardStudy(verdicts, (30, 30))) == ""
+    verdicts["C6"] = UNDECIDED
+    equal_runs = StandardStudy(verdicts, few.variants[0].runs)
     assert explain_differences(few, equal_runs) == ""
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from baldwinlab.analysis.multiverse.analysis import evaluate_variant, list_claims
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.studies.multiverse import Variant
-from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
+from tests.analysis.results.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
 

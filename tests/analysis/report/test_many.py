@@ -22,7 +22,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.claims import Claim
 from tests.analysis.report.browsing import errors_and_width
-from tests.analysis.statistics.studies import RUNS, study
+from tests.analysis.results.studies import RUNS, study
 from tests.axe import find_violations
 
 # Other tests draw these figures.

@@ -34,15 +34,15 @@ from baldwinlab.analysis.report.settings import (
 )
 from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.report.study import draw_report, write_report
-from baldwinlab.analysis.statistics.contrasts import compare_conditions
-from baldwinlab.analysis.statistics.numbers import format_number, format_p_value
+from baldwinlab.analysis.results.contrasts import compare_conditions
+from baldwinlab.analysis.results.numbers import format_number, format_p_value
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.report.browsing import errors_and_width
-from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
+from tests.analysis.results.studies import AS_THE_PAPER, study, trace
 from tests.axe import find_violations
 
 PAPER = papers.load()

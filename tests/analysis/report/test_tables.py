@@ -18,10 +18,10 @@ from baldwinlab.analysis.report.tables import (
     tabulate_contrasts,
     tabulate_findings,
 )
+from baldwinlab.analysis.results.contrasts import compare_conditions
+from baldwinlab.analysis.results.table import NUMBER_HEADINGS, format_comparison
 from baldwinlab.analysis.statistics.comparisons import compare, compare_paired, compare_pairs
-from baldwinlab.analysis.statistics.contrast_table import NUMBER_HEADINGS, format_comparison
-from baldwinlab.analysis.statistics.contrasts import compare_conditions
-from tests.analysis.statistics.studies import AS_THE_PAPER, study
+from tests.analysis.results.studies import AS_THE_PAPER, study
 
 
 def write(table: Table) -> str:

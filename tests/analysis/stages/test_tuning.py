@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from baldwinlab.api.stages import choose_values, measure_medians
-from tests.analysis.statistics.studies import study
+from tests.analysis.results.studies import study
 
 
 def test_each_condition_has_the_value_with_its_largest_median() -> None:

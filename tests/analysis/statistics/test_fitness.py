@@ -8,7 +8,7 @@ import xarray as xr
 
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
-from tests.analysis.statistics.studies import study
+from tests.analysis.results.studies import study
 
 NAN = float("nan")
 

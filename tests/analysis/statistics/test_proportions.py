@@ -7,9 +7,9 @@ import pytest
 from pydantic import ValidationError
 from scipy import stats
 
+from baldwinlab.analysis.results.verdicts import decide
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.proportions import estimate_probability, proportion_interval
-from baldwinlab.analysis.statistics.rules import decide
 from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.rules import RULES
 

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
-from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
-from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values
+from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values
+from baldwinlab.analysis.results.table import summarize_contrasts
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.section import (
     describe_effects,

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis.statistics.contrast_table import HEADINGS
+from baldwinlab.analysis.results.table import HEADINGS
 from baldwinlab.api.publish.lab_results import compute_results
 from baldwinlab.core import console
 from baldwinlab.studies.store import StudyStore

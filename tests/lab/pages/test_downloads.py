@@ -30,7 +30,7 @@ from baldwinlab.lab.server.routes import REPORT_POLICY
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.analysis.statistics.studies import study
+from tests.analysis.results.studies import study
 from tests.lab.client import SMALL, LabServer, check_errors, get_error, get_json, get_response
 
 MEGABYTE = 1_000_000

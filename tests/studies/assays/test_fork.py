@@ -11,7 +11,8 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
 from baldwinlab.analysis.estimands import estimate
-from baldwinlab.analysis.gallery.decisions import EQUIVALENT, YES, SystemName, decide
+from baldwinlab.analysis.gallery.decisions import SystemName, decide
+from baldwinlab.analysis.results.verdicts import EQUIVALENT, YES
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.evolution import GenerationKey, make_founders

@@ -25,7 +25,7 @@ from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
 
 # Largest number of brackets above each other. More would hide the boxes.
 MAX_BRACKETS = 6

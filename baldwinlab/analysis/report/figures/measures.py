@@ -15,7 +15,7 @@ from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, st
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_number
 
 
 @declare_figure()

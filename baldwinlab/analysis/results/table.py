@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
-from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.statistics.numbers import (
+from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.results.numbers import (
     format_estimate,
     format_number,
     format_p_value,
 )
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
+from baldwinlab.analysis.results.verdicts import TOO_FEW_RUNS
+from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.experiment.outcome import name_outcome_of
 
 # Measure of the sentences about several conditions: the average agent.

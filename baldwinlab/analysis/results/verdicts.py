@@ -1,4 +1,4 @@
-"""Verdicts of claims: apply the rules of `papers.rules` to the numbers of comparisons."""
+"""Verdicts: the words of all results, and the rules of claims that name one of them."""
 
 from __future__ import annotations
 
@@ -7,21 +7,49 @@ from collections.abc import Mapping
 from typing import Final, Literal
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS, SIGNIFICANCE_LEVEL
 from baldwinlab.papers.rules import Bound, Rule
 
+# Verdicts on a claim.
+HOLDS: Final = "holds"
+FAILS: Final = "does not hold"
+NOT_EVALUATED: Final = "not evaluated"
+# Answers to a question about the direction of an effect. "no" is the opposite, or no effect.
+YES: Final = "yes"
+NO: Final = "no"
+OPPOSITE: Final = "opposite"
+EQUIVALENT: Final = "equivalent"
+# Directions of a difference between two samples.
+HIGHER: Final = "higher"
+LOWER: Final = "lower"
+# All of them can be undecided, or be replaced by the reason why nothing was decided.
+UNDECIDED: Final = "undecided"
+TOO_FEW_RUNS: Final = "too few runs"
+NOT_MEASURABLE: Final = "not measurable"
+NOT_MEASURED: Final = "not measured"
+# Addition to a verdict that other runs could change.
+UNSTABLE: Final = "unstable"
+MARKS: Final[Mapping[str, str]] = {
+    HOLDS: "✓",
+    FAILS: "✗",
+    NOT_EVALUATED: "–",
+    YES: "✓",
+    NO: "✗",
+    OPPOSITE: "✗",
+    EQUIVALENT: "=",
+    HIGHER: "▲",
+    LOWER: "▼",
+    UNDECIDED: "?",
+    TOO_FEW_RUNS: "?",
+    NOT_MEASURABLE: "–",
+    NOT_MEASURED: "–",
+    UNSTABLE: "~",
+}
+"""Marks of the words, which also stand alone in small cells."""
+
 Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
-HOLDS: Verdict = "holds"
-FAILS: Verdict = "does not hold"
-UNDECIDED: Verdict = "undecided"
-NOT_EVALUATED: Verdict = "not evaluated"
-VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
-VERDICT_MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
-"""Marks for cells that are too small for a verdict in words."""
-
-SIGNIFICANCE_LEVEL = 0.05
-
-# With fewer runs, the 95 % interval of a median has a smaller coverage, as the sign test shows.
-MIN_INTERVAL_RUNS: Final = 6
+VERDICTS: Final[tuple[Verdict, ...]] = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
+"""Verdicts on a claim, the best first."""
 
 
 def direction(comparison: Comparison, p_holm: float) -> int:
@@ -36,7 +64,8 @@ def direction(comparison: Comparison, p_holm: float) -> int:
 def decide(rule: Rule, comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     """Decide the comparison of a claim by a rule. See `papers.rules.Rule`."""
     if rule.kind == "direction":
-        return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[rule.sign * direction(comparison, p_holm)]
+        verdicts: Mapping[int, Verdict] = {1: HOLDS, 0: UNDECIDED, -1: FAILS}
+        return verdicts[rule.sign * direction(comparison, p_holm)]
     if rule.kind == "survival":
         return _decide_survival(comparison, p_holm)
     if rule.kind == "interval":

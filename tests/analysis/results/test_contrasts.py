@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.statistics.contrasts import (
+from baldwinlab.analysis.results.contrasts import (
     COMPARISON_COLUMNS,
     compare_conditions,
     find_references,
@@ -15,7 +15,7 @@ from baldwinlab.analysis.statistics.contrasts import (
 )
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
-from tests.analysis.statistics.studies import study
+from tests.analysis.results.studies import study
 
 HIGH = range(100, 108)
 LOW = range(10, 18)

@@ -6,15 +6,15 @@ import re
 
 import pytest
 
-from baldwinlab.analysis.statistics.contrast_table import (
+from baldwinlab.analysis.results.contrasts import compare_conditions
+from baldwinlab.analysis.results.table import (
     HEADINGS,
     describe_contrast,
     describe_method,
     list_cells,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import compare_conditions
-from tests.analysis.statistics.studies import study
+from tests.analysis.results.studies import study
 
 HIGH = range(100, 108)
 LOW = range(10, 18)

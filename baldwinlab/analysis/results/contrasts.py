@@ -11,14 +11,10 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED, direction
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.families import FamilyTest, correct_family
-from baldwinlab.analysis.statistics.rules import UNDECIDED, direction
-from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW_RUNS,
-    PlannedTest,
-    describe_too_few,
-)
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.experiment.factors import Factors, read_factors
 
 COMPARED_MEASURES = ("mean", "best")
@@ -62,7 +58,7 @@ class Contrast(NamedTuple):
     def verdict(self) -> str:
         """The verdict: "higher", "lower", or if not significant, "undecided" or "too few runs"."""
         undecided = TOO_FEW_RUNS if self.test.has_too_few_runs else UNDECIDED
-        return {1: "higher", 0: undecided, -1: "lower"}[self._direction]
+        return {1: HIGHER, 0: undecided, -1: LOWER}[self._direction]
 
     @property
     def _direction(self) -> int:

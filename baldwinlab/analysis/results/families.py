@@ -13,8 +13,11 @@ from baldwinlab.analysis.statistics.power import (
     rank_test_runs,
 )
 from baldwinlab.analysis.statistics.rank_tests import holm
-from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, smallest_corrected_p
+from baldwinlab.analysis.statistics.sample_sizes import (
+    SIGNIFICANCE_LEVEL,
+    PlannedTest,
+    smallest_corrected_p,
+)
 
 Key = TypeVar("Key", bound=Hashable)
 

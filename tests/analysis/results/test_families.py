@@ -6,7 +6,7 @@ from math import nan
 
 import pytest
 
-from baldwinlab.analysis.statistics.families import correct_family, explain_verdict
+from baldwinlab.analysis.results.families import correct_family, explain_verdict
 from baldwinlab.analysis.statistics.power import rank_test_runs
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 

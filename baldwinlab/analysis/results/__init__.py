@@ -1,0 +1,1 @@
+"""Results: comparisons of quantities, the correction of a family of tests, verdicts and tables."""
