@@ -20,8 +20,8 @@ from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.core.sparkline import FitnessCurves
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.conflicts import count_worlds
 from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
-from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.models.miniworld.backends.choice import (
     Backend,
     choose_backend,

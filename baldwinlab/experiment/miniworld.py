@@ -11,10 +11,13 @@ from pydantic import Field, model_validator
 
 from baldwinlab.core.measures import Measure
 from baldwinlab.experiment.base import BaseExperiment
-from baldwinlab.experiment.births import find_birth_conflicts
 from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.conflicts import (
+    find_birth_conflicts,
+    find_control_conflicts,
+    find_world_conflicts,
+)
 from baldwinlab.experiment.fields import refuse_fields
-from baldwinlab.experiment.learning_control import find_control_conflicts
 from baldwinlab.experiment.miniworld_tables import (
     Contact,
     Eats,
@@ -30,7 +33,6 @@ from baldwinlab.experiment.miniworld_tables import (
 from baldwinlab.experiment.predation_measures import make_predation_measures
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
-from baldwinlab.experiment.several_worlds import find_world_conflicts
 from baldwinlab.experiment.species import change_tables, combine_modules
 from baldwinlab.experiment.tables import Evolution, Name
 

@@ -28,8 +28,8 @@ from typing import Any
 from pydantic import Field, field_validator
 
 from baldwinlab.core import patterns
-from baldwinlab.core.file_names import find_name_fault
 from baldwinlab.core.numbers import SEED_LIMIT
+from baldwinlab.core.output_paths import find_name_fault
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors

@@ -12,10 +12,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from baldwinlab.core.file_names import find_case_collision, find_name_fault
 from baldwinlab.core.file_writing import write_atomically, write_exclusively
 from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
-from baldwinlab.core.output_paths import enclosing_study, is_study
+from baldwinlab.core.output_paths import (
+    enclosing_study,
+    find_case_collision,
+    find_name_fault,
+    is_study,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import iterate_file_tables, require_files

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.output_paths import require_writable
+from baldwinlab.core.output_paths import find_case_collision, find_name_fault, require_writable
 from tests.small_studies import make_small_study, shorten_preset
 
 
@@ -57,3 +57,21 @@ def test_a_folder_and_a_file_in_a_missing_folder_are_refused(tmp_path: Path) -> 
         require_output(tmp_path)
     with pytest.raises(RefusedError, match="does not exist"):
         require_output(tmp_path / "nowhere" / "page.html")
+
+
+FAULTS = {
+    "Windows reserves": ["con", "CON", "evo/aux", "nul.toml", "com1/A", "Lpt9", "prn"],
+    "Windows removes the dot or space": ["x.", "x./A", "evo/A ", "x. "],
+}
+VALID_NAMES = ["evo/A", "console", "com", "com10", "a.con", "x.y", "evo/con-1"]
+
+
+def test_a_name_that_windows_reserves_or_changes_has_a_fault() -> None:
+    for fault, names in FAULTS.items():
+        assert [name for name in names if fault not in find_name_fault(name)] == []
+    assert [name for name in VALID_NAMES if find_name_fault(name) != ""] == []
+
+
+def test_names_collide_if_only_capital_letters_differ() -> None:
+    assert find_case_collision(["evo/A", "evo/B", "Evo/a"]) == ("evo/A", "Evo/a")
+    assert find_case_collision(["evo/A", "evo/B", "evo/A"]) is None

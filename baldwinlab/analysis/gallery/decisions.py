@@ -21,11 +21,14 @@ from baldwinlab.analysis.statistics.bootstrap import (
     resample_medians,
 )
 from baldwinlab.analysis.statistics.csv import finite_or_none
-from baldwinlab.analysis.statistics.equivalence import equivalence_p
 from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
-from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.power import signed_rank_runs
-from baldwinlab.analysis.statistics.rank_tests import has_exact_signed_rank, signed_rank_tails
+from baldwinlab.analysis.statistics.proportions import Hurdle, measure_hurdle
+from baldwinlab.analysis.statistics.rank_tests import (
+    equivalence_p,
+    has_exact_signed_rank,
+    signed_rank_tails,
+)
 from baldwinlab.analysis.statistics.sample_sizes import (
     SIGNIFICANCE_LEVEL,
     PlannedTest,

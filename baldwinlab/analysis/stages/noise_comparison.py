@@ -16,7 +16,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.statistics import Comparison, compare, median_interval
 from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.false_discovery import q_values
-from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
+from baldwinlab.analysis.statistics.proportions import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.experiment.factors import Factors
 

@@ -1,10 +1,12 @@
-"""Rank tests of two samples, and the correction of p-values for several tests.
+"""Rank tests of a difference or of equivalence, and the correction of p-values.
 
 References
 ----------
 Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
 Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
 Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
+Two one-sided tests: D. J. Schuirmann, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
+Rank-based version: S. Wellek, Testing Statistical Hypotheses of Equivalence (2010), chapter 5.
 """
 
 from __future__ import annotations
@@ -215,3 +217,17 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
     corrected = np.empty_like(p_values)
     corrected[order] = np.minimum(increasing, 1)
     return corrected
+
+
+def equivalence_p(samples: Sample, bound: float, *, ignores_ties: bool = False) -> Sample:
+    """Compute the p-value of the two one-sided signed-rank tests for samples [sample, pair].
+
+    One test shows that the differences are below `bound`, the other that they are above `-bound`.
+    The p-value is the larger of the two. If all differences are 0, both one-sided tests have their
+    smallest p-value, `0.5 ** n`, also with a bound of 0. The bound is fixed before the data are
+    seen. With 0, no other sample is equivalent. `ignores_ties`: see `signed_rank_tails`.
+    """
+    below, _ = signed_rank_tails(samples - bound, ignores_ties=ignores_ties)
+    _, above = signed_rank_tails(samples + bound, ignores_ties=ignores_ties)
+    has_only_zeros = ~samples.any(axis=1)
+    return np.where(has_only_zeros, 0.5 ** samples.shape[1], np.maximum(below, above))

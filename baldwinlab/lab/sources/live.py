@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.core.file_names import find_name_fault
+from baldwinlab.core.output_paths import find_name_fault
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves

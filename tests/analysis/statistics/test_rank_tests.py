@@ -1,4 +1,4 @@
-"""Tests of the equivalence test against SciPy, exact ties and simulation."""
+"""Tests of the rank test of equivalence against SciPy, exact ties and simulation."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.statistics.equivalence import equivalence_p
-from baldwinlab.analysis.statistics.rank_tests import signed_rank, signed_rank_tails
+from baldwinlab.analysis.statistics.rank_tests import equivalence_p, signed_rank, signed_rank_tails
 
 
 @pytest.mark.parametrize("runs", [5, 12, 20, 60])
