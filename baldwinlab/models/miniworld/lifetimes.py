@@ -1,9 +1,9 @@
-"""Simulator of lifetimes of MiniWorld agents: from genomes to energy and learned weights."""
+"""Simulator of lifetimes of MiniWorld agents: from genomes to energy, learned weights and time series."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,9 +16,7 @@ from baldwinlab.models.miniworld.allocation import choose_population, read_part_
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
 from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.regions import eaten_energies, item_kinds, item_regions
-from baldwinlab.models.miniworld.repeated_lifetimes import combine_lifetimes
 from baldwinlab.models.miniworld.state import FOOD, State
-from baldwinlab.models.miniworld.time_series import simulate_windows
 from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
@@ -145,3 +143,77 @@ def reshape_lanes(
     """Return a copy of an array [1, lane], from a first lane on, as [run, agent]."""
     lanes = slice(first_lane, first_lane + math.prod(shape))
     return values[0, lanes].reshape(shape).copy()
+
+
+def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
+    """Return the means of the results of several lifetimes of the same agents.
+
+    The eaten items of each region are those of all lifetimes. The learned weights and the final
+    positions are those of the first lifetime. A single lifetime is returned unchanged.
+    """
+    first_lifetime = lifetimes[0]
+    if len(lifetimes) == 1:
+        return first_lifetime
+    records: dict[str, Any] = {
+        name: np.mean([results.records[name] for results in lifetimes], axis=0, dtype=np.float64)
+        for name in first_lifetime.records
+    }
+    eaten = [results.eaten for results in lifetimes if results.eaten is not None]
+    return first_lifetime._replace(
+        eaten=np.sum(eaten, axis=0, dtype=np.int32),
+        energy=np.mean([results.energy for results in lifetimes], axis=0),
+        cost=np.mean([results.cost for results in lifetimes], axis=0),
+        records=records,
+        lifetimes=tuple(lifetimes),
+    )
+
+
+# [population, window].
+Series = npt.NDArray[np.float64]
+
+
+def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mapping[str, Series]:
+    """Simulate a lifetime and return the time series of `record.every`, each [run, window]."""
+    steps = experiment.lifetime.steps
+    interval = experiment.record.every or steps
+    # A batch without items has arrays of one region.
+    item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
+    alive: list[npt.NDArray[np.float64]] = []
+    births: list[npt.NDArray[np.float64]] = []
+    energies: list[npt.NDArray[np.float64]] = []
+    for first_step in range(0, steps, interval):
+        batch.simulate(first_step, min(first_step + interval, steps))
+        eaten = batch.eaten_in_life()
+        alive.append(_count_alive(experiment, batch, len(eaten)))
+        births.append(_count_births(experiment, batch, len(eaten)))
+        energies.append(eaten.sum(axis=1, dtype=np.float64) @ item_energies)
+    totals = {"births": births, "energy_gained": energies}
+    series = {name: np.diff(np.stack(values), axis=0, prepend=0) for name, values in totals.items()}
+    series["agents_alive"] = np.stack(alive)
+    # The populations of a batch are ordered by repeat, then by run.
+    return {
+        name: np.asarray(values.T.reshape(-1, n_runs, len(values)).mean(axis=0))
+        for name, values in series.items()
+    }
+
+
+def _count_alive(
+    experiment: Experiment, batch: Batch, n_populations: int
+) -> npt.NDArray[np.float64]:
+    """Return the number of agents that are alive, [population]."""
+    size = experiment.population.size
+    if not experiment.has_deaths:
+        return np.full(n_populations, float(size))
+    lanes = slice(n_populations * size)
+    is_alive = batch.state.alive[0, lanes].reshape(n_populations, size)
+    return np.asarray(is_alive.sum(axis=1), np.float64)
+
+
+def _count_births(
+    experiment: Experiment, batch: Batch, n_populations: int
+) -> npt.NDArray[np.float64]:
+    """Return the number of births in this lifetime, [population]."""
+    if not experiment.births_in_life:
+        return np.zeros(n_populations)
+    # Each population has one world. A batch on the GPU has further worlds after them.
+    return np.asarray(batch.state.birth_count[:n_populations].sum(axis=1), np.float64)
