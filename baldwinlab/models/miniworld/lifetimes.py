@@ -1,4 +1,4 @@
-"""Simulator of lifetimes of MiniWorld agents: from genomes to energy, learned weights and time series."""
+"""Simulator of lifetimes of MiniWorld agents: energy, learned weights and time series."""
 
 from __future__ import annotations
 
