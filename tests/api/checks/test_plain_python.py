@@ -99,7 +99,9 @@ def test_a_variation_that_writes_only_the_first_module_fails_with_its_name(
     write_part: Write,
 ) -> None:
     (failed,) = failed_findings(write_part(ONE_MODULE))
-    assert "variation 'one-module': vary leaves child[1, 0] unwritten (with 2 agents" in failed
+    assert (
+        "variation 'one-module': vary leaves mating.child[1, 0] unwritten (with 2 agents" in failed
+    )
     assert "first-agents" not in failed
 
 
