@@ -19,7 +19,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.results.families import FamilyTest, correct_family
-from baldwinlab.analysis.results.verdicts import decide, direction
+from baldwinlab.analysis.results.verdicts import decide
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.proportions import estimate_probability
@@ -144,7 +144,7 @@ def _measure_stability(
     return direction_stability(
         a.values,
         b.values,
-        direction(numbers, test.p_holm),
+        test.find_direction(numbers),
         test.level,
         is_paired=comparison.paired,
     )

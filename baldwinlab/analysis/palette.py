@@ -150,7 +150,7 @@ def resolve_color(color: str) -> str:
 
 
 def choose_text_color(background: Sequence[float]) -> str:
-    """Return black or white, whichever is easier to read on a color.
+    """Return the color of text, black or white, with the higher contrast to a background.
 
     `background`: red, green and blue, 0 to 1. The luminance and the contrast are those of WCAG 2.
     """

@@ -147,7 +147,7 @@ def _add_options() -> None:
         SignatureParameter(name, SignatureParameter.KEYWORD_ONLY, default=None) for name in types
     ]
     export.__annotations__ |= types
-    export.__signature__ = own_signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    export.__dict__["__signature__"] = own_signature.replace(parameters=parameters)
 
 
 _add_options()

@@ -45,7 +45,11 @@ from baldwinlab.analysis.results.verdicts import (
     UNDECIDED,
     YES,
 )
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
+from baldwinlab.analysis.statistics.sample_sizes import (
+    PlannedTest,
+    describe_too_few,
+    plan_paired_test,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors
@@ -253,7 +257,7 @@ def _answer_criteria(
     }
     family = correct_family(
         {
-            key: (_planned_test(comparison.pairs.n), comparison.pairs.p)
+            key: (plan_paired_test(comparison.pairs.n), comparison.pairs.p)
             for key, comparison in comparisons.items()
             if comparison.pairs and not comparison.is_constant
         }
@@ -296,10 +300,6 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
     return _QuantityComparison(statistics.compare_pairs(a, b), left_out, is_constant)
 
 
-def _planned_test(n_runs: int) -> PlannedTest:
-    return PlannedTest(n_a=n_runs, n_b=n_runs, method="Wilcoxon")
-
-
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
@@ -315,7 +315,7 @@ def planned_tests(
         for criterion in load_criteria():
             is_measured = criterion.applies_to(experiment) and criterion.assay in assays[name]
             if is_measured and (has_control or criterion.b != CONTROL_LAST):
-                tests.append(_planned_test(runs))
+                tests.append(plan_paired_test(runs))
     return tests
 
 
@@ -329,14 +329,8 @@ def _decide(sign: int, comparison: _QuantityComparison, test: FamilyTest | None)
     # Ties in all of enough runs show that no difference exists, as in an equivalence test.
     if pairs.above == pairs.below == 0:
         return UNDECIDED if test.has_too_few_runs else NO
-    if not test.is_significant:
-        return UNDECIDED
-    effect = sign * pairs.effect
-    # Above 0 if more runs differ in the required direction than in the opposite one.
-    majority = sign * (pairs.above - pairs.below)
-    if effect > 0 and majority > 0:
-        return YES
-    return NO if effect < 0 and majority < 0 else UNDECIDED
+    verdicts: Mapping[int, Verdict] = {1: YES, 0: UNDECIDED, -1: NO}
+    return verdicts[sign * test.find_direction(pairs)]
 
 
 def _compute_numbers(condition: str, table: Table) -> Iterator[Number]:

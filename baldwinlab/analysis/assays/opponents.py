@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -34,12 +34,14 @@ from baldwinlab.analysis.report.tables import (
 from baldwinlab.analysis.results.families import FamilyTest, correct_family
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS
-from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED
+from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED, Difference
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
+from baldwinlab.analysis.statistics.sample_sizes import (
+    describe_too_few,
+    plan_paired_test,
+)
 
 OPPONENTS: Final = "opponents"
-Difference = Literal["higher", "lower", "undecided", "too few runs"]
 DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
 GENERATION_DIMS: Final = ("first_generation", "second_generation")
 """Dimensions of the generations of the first and of the second species."""
@@ -75,13 +77,7 @@ class GenerationTest:
     @property
     def difference(self) -> Difference:
         """The direction of a significant difference."""
-        majority = self.pairs.above - self.pairs.below
-        has_one_direction = majority * self.pairs.effect > 0
-        if self.test.has_too_few_runs:
-            return TOO_FEW_RUNS
-        if not self.test.is_significant or not has_one_direction:
-            return UNDECIDED
-        return HIGHER if majority > 0 else LOWER
+        return self.test.name_difference(self.pairs)
 
 
 def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
@@ -115,10 +111,7 @@ def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest
         for question, pairs in _compare_matrix(matrix)
     }
     family = correct_family(
-        {
-            key: (PlannedTest(pairs.n, pairs.n, "Wilcoxon"), pairs.p)
-            for key, pairs in comparisons.items()
-        }
+        {key: (plan_paired_test(pairs.n), pairs.p) for key, pairs in comparisons.items()}
     )
     return [GenerationTest(*key, comparisons[key], test) for key, test in family.items()]
 

@@ -31,8 +31,8 @@ from baldwinlab.analysis.statistics.rank_tests import (
 )
 from baldwinlab.analysis.statistics.sample_sizes import (
     SIGNIFICANCE_LEVEL,
-    PlannedTest,
     describe_too_few,
+    plan_paired_test,
 )
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.analysis.statistics.stability import MIN_STABILITY, verdict_stability
@@ -76,7 +76,7 @@ class Measurement:
     @property
     def label(self) -> str:
         """The verdict, with a note if the runs cannot suffice for a verdict."""
-        is_impossible = _planned_test(self.runs).smallest_p >= SIGNIFICANCE_LEVEL
+        is_impossible = plan_paired_test(self.runs).smallest_p >= SIGNIFICANCE_LEVEL
         return TOO_FEW_RUNS if self.verdict == UNDECIDED and is_impossible else self.verdict
 
     @property
@@ -159,13 +159,11 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
 def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
     """Describe the measured questions whose runs cannot suffice for "yes" or "opposite"."""
     tests = [
-        _planned_test(decision.measurement.runs) for decision in decisions if decision.measurement
+        plan_paired_test(decision.measurement.runs)
+        for decision in decisions
+        if decision.measurement
     ]
     return describe_too_few(tests, q_values)
-
-
-def _planned_test(runs: int) -> PlannedTest:
-    return PlannedTest(runs, runs, "Wilcoxon")
 
 
 def _require_values(estimate: Estimate) -> Estimate:

@@ -12,7 +12,6 @@ import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.results.families import FamilyTest, correct_family
-from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED, direction
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.experiment.factors import Factors, read_factors
@@ -57,12 +56,11 @@ class Contrast(NamedTuple):
     @property
     def verdict(self) -> str:
         """The verdict: "higher", "lower", or if not significant, "undecided" or "too few runs"."""
-        undecided = TOO_FEW_RUNS if self.test.has_too_few_runs else UNDECIDED
-        return {1: HIGHER, 0: undecided, -1: LOWER}[self._direction]
+        return self.test.name_difference(self.numbers)
 
     @property
-    def _direction(self) -> int:
-        return direction(self.numbers, self.test.p_holm)
+    def _is_decided(self) -> bool:
+        return self.test.find_direction(self.numbers) != 0
 
     @property
     def required_runs(self) -> int | None:
@@ -70,13 +68,13 @@ class Contrast(NamedTuple):
 
         The effect is assumed to be the observed one.
         """
-        return None if self._direction else self.test.required_runs
+        return None if self._is_decided else self.test.required_runs
 
     @property
     def note(self) -> str:
         """The number that decides, if needed, and the runs that an undecided comparison needs."""
         numbers = self.numbers
-        return self.test.explain(numbers.low, numbers.high, is_decided=bool(self._direction))
+        return self.test.explain(numbers.low, numbers.high, is_decided=self._is_decided)
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table, with the keys `COMPARISON_COLUMNS`."""

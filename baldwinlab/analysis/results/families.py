@@ -7,6 +7,15 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TypeVar
 
+from baldwinlab.analysis.results.verdicts import (
+    HIGHER,
+    LOWER,
+    TOO_FEW_RUNS,
+    UNDECIDED,
+    Difference,
+    find_direction,
+)
+from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.analysis.statistics.power import (
     describe_required_runs,
     levels_of_tests,
@@ -43,6 +52,16 @@ class FamilyTest:
     def has_too_few_runs(self) -> bool:
         """Whether no values of these sizes can be significant."""
         return self.smallest_p_holm >= SIGNIFICANCE_LEVEL
+
+    def find_direction(self, numbers: Comparison | Pairs) -> int:
+        """Return 1 or -1 if a is significantly larger or smaller, else 0."""
+        return find_direction(numbers) if self.is_significant else 0
+
+    def name_difference(self, numbers: Comparison | Pairs) -> Difference:
+        """Return the direction of a significant difference, or why none is shown."""
+        undecided: Difference = TOO_FEW_RUNS if self.has_too_few_runs else UNDECIDED
+        names: Mapping[int, Difference] = {1: HIGHER, 0: undecided, -1: LOWER}
+        return names[self.find_direction(numbers)]
 
     @property
     def required_runs(self) -> int | None:

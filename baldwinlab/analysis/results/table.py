@@ -45,16 +45,14 @@ def format_comparison(numbers: Comparison | Pairs, p_holm: float) -> dict[str, s
     A12 of pairs is the share of runs above 0, where a tie counts half.
     """
     if isinstance(numbers, Pairs):
-        a12 = (numbers.n + numbers.above - numbers.below) / (2 * numbers.n)
         runs = f"{numbers.above} above, {numbers.below} below 0, of {numbers.n}"
     else:
-        a12 = numbers.a12
         runs = f"{numbers.n_a}, {numbers.n_b}" if numbers.n_b else str(numbers.n_a)
     return {
         "effect": format_effect(numbers),
         "p": format_p_value(numbers.p),
         "p_holm": format_p_value(p_holm),
-        "a12": format_number(a12),
+        "a12": format_number(numbers.a12),
         "runs": runs,
     }
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS, SIGNIFICANCE_LEVEL
 from baldwinlab.papers.rules import Bound, Rule
 
@@ -47,25 +47,25 @@ MARKS: Final[Mapping[str, str]] = {
 }
 """Marks of the words, which also stand alone in small cells."""
 
+Difference = Literal["higher", "lower", "undecided", "too few runs"]
 Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
 VERDICTS: Final[tuple[Verdict, ...]] = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
 """Verdicts on a claim, the best first."""
 
 
-def direction(comparison: Comparison, p_holm: float) -> int:
-    """Return 1 or -1 for a significantly larger or smaller a, in the effect and in A12; else 0."""
-    if not p_holm < SIGNIFICANCE_LEVEL:
-        return 0
-    if comparison.effect > 0 and comparison.a12 > 0.5:
+def find_direction(numbers: Comparison | Pairs) -> int:
+    """Return 1 or -1 if a is larger or smaller in the effect and in A12, else 0."""
+    if numbers.effect > 0 and numbers.a12 > 0.5:
         return 1
-    return -1 if comparison.effect < 0 and comparison.a12 < 0.5 else 0
+    return -1 if numbers.effect < 0 and numbers.a12 < 0.5 else 0
 
 
 def decide(rule: Rule, comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     """Decide the comparison of a claim by a rule. See `papers.rules.Rule`."""
     if rule.kind == "direction":
+        sign = find_direction(comparison) if p_holm < SIGNIFICANCE_LEVEL else 0
         verdicts: Mapping[int, Verdict] = {1: HOLDS, 0: UNDECIDED, -1: FAILS}
-        return verdicts[rule.sign * direction(comparison, p_holm)]
+        return verdicts[rule.sign * sign]
     if rule.kind == "survival":
         return _decide_survival(comparison, p_holm)
     if rule.kind == "interval":

@@ -86,6 +86,12 @@ class Pairs(NamedTuple):
     above: int
     below: int
 
+    @property
+    def a12(self) -> float:
+        """Share of pairs in which a is larger, where a tie counts half."""
+        ties = self.n - self.above - self.below
+        return (self.above + ties / 2) / self.n
+
 
 def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparison:
     """Compare two samples with the Mann-Whitney test, the difference of medians, and A12.
@@ -189,7 +195,6 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
         If a sample is empty, has a value that is not finite, or the sizes differ.
     """
     pairs = compare_pairs(a, b)
-    ties = pairs.n - pairs.above - pairs.below
     return Comparison(
         n_a=pairs.n,
         n_b=pairs.n,
@@ -200,5 +205,5 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
         high=pairs.high,
         u=nan,
         p=pairs.p,
-        a12=(pairs.above + ties / 2) / pairs.n,
+        a12=pairs.a12,
     )

@@ -61,6 +61,11 @@ class PlannedTest(NamedTuple):
         return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(n_runs + 1))
 
 
+def plan_paired_test(n_pairs: int) -> PlannedTest:
+    """Return the signed-rank test of a number of pairs."""
+    return PlannedTest(n_pairs, n_pairs, "Wilcoxon")
+
+
 def smallest_corrected_p(tests: Sequence[PlannedTest], correct: Correction = holm) -> Sample:
     """Compute the smallest p-value of each test after the correction for all tests, [test].
 
