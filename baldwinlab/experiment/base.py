@@ -6,14 +6,13 @@ next to the setting that chooses the part (`class_builder`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from functools import cache, lru_cache, reduce
-from importlib import import_module
+from functools import reduce
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
-from pydantic import Field, ValidationError, create_model, model_validator
+from pydantic import ValidationError, model_validator
 
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.measures import Measure
@@ -23,14 +22,14 @@ from baldwinlab.experiment.added_parts import check_added_parts, custom_choices
 from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
-    find_part_kind,
     make_class,
-    make_table_field,
-    replace_defaults,
+    make_model_class,
+    make_part,
+    remove_idle_tables,
 )
 from baldwinlab.experiment.fields import (
     ExperimentError,
-    Fields,
+    HashedFields,
     format_validation_error,
     merge,
     refuse_fields,
@@ -45,22 +44,22 @@ from baldwinlab.experiment.schedule import (
     SCHEDULE_FIELD,
     Change,
     add_file_hashes,
+    apply_changes,
     drop_settings,
     require_valid_schedule,
 )
 from baldwinlab.experiment.species import (
-    Species,
     change_tables,
     combine_modules,
     make_species_experiments,
-    normalize_settings,
+    normalize_species,
     require_valid_species,
 )
 from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 
-class BaseExperiment(Fields):
+class BaseExperiment(HashedFields):
     """All settings of one condition, for any model."""
 
     if TYPE_CHECKING:
@@ -84,40 +83,10 @@ class BaseExperiment(Fields):
         experiment: Self = object.__new__(make_class(cls, chosen_parts(cls, values)))
         return experiment
 
-    def __hash__(self) -> int:
-        # Simulations look up caches by experiment several times in each generation, so the hash
-        # is computed once. Pydantic leaves out names with an underscore.
-        values = vars(self)
-        if "_hash" not in values:
-            fields = tuple(values[name] for name in type(self).model_fields)
-            try:
-                values["_hash"] = hash((type(self), *fields))
-            except TypeError:
-                # The table of a part that is not loaded contains dictionaries.
-                values["_hash"] = hash((type(self), self.name))
-        return int(values["_hash"])
-
-    def __copy__(self) -> Self:
-        """Return a copy without the hash, because `model_copy` changes the copy."""
-        # `__new__` of this class would choose the class of an experiment with default parts.
-        copied: Self = object.__new__(type(self))
-        state = self.__getstate__()
-        values = {name: value for name, value in vars(self).items() if name != "_hash"}
-        set_fields = set(self.model_fields_set)
-        copied.__setstate__(state | {"__dict__": values, "__pydantic_fields_set__": set_fields})
-        return copied
-
-    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
-        """Return the experiment itself, because it is immutable."""
-        return self
-
     def __reduce__(self) -> Any:
         tree = self.to_dict()
-        origins: tuple[Any, ...] = ()
-        if any(custom_choices(self)):
-            # The process that reads the copy may not have loaded the custom parts. The package
-            # `parts` is above this one, and is loaded if there is a custom part.
-            origins = import_module("baldwinlab.parts.transfer").find_origins(self)
+        # The process that reads the copy may not have loaded the custom parts.
+        origins = registry.find_origins(custom_choices(self))
         return _restore, (tree, find_paths(tree), origins)
 
     def replace(self, /, **changes: Any) -> Self:
@@ -154,7 +123,7 @@ class BaseExperiment(Fields):
         if not self.schedule:
             return self
         n_changes = sum(change.generation <= generation for change in self.schedule)
-        experiment: Self = _apply_changes(self, n_changes)
+        experiment: Self = apply_changes(self, n_changes)
         return experiment
 
     def segments(self) -> list[tuple[range, Self]]:
@@ -173,11 +142,7 @@ class BaseExperiment(Fields):
         ExperimentError
             A setting of a species is invalid.
         """
-        return _list_species_experiments(self) if self.population.species else ()
-
-    def _pair_species(self) -> Iterator[tuple[Species, Self]]:
-        """Yield each species with its experiment."""
-        return zip(self.population.species, self.species_experiments(), strict=True)
+        return make_species_experiments(self) if self.population.species else ()
 
     def find_conflicts(self) -> list[str]:
         """Return a sentence for each setting that other settings or parts exclude."""
@@ -298,7 +263,9 @@ class BaseExperiment(Fields):
         innate_model = to_plain_data(self.model_part.without_learning())
         species = [
             entry.to_tables() | {key: to_plain_data(member.model_part.without_learning())}
-            for entry, member in self._pair_species()
+            for entry, member in zip(
+                self.population.species, self.species_experiments(), strict=True
+            )
         ]
         changes: dict[str, Any] = {"population": {"species": species}} if species else {}
         return self.replace(**{key: innate_model}, **changes)
@@ -311,16 +278,16 @@ class BaseExperiment(Fields):
         ExperimentError
             If the selection reproduces groups separately, which random parents would mix.
         """
-        if self.part("evolution.selection").has_groups:
+        selection = self.part("evolution.selection")
+        reason = ""
+        if selection.has_groups:
+            reason = "breeds groups of agents separately, and 'neutral' would mix them"
+        elif selection.genes:
+            reason = "has genes, which 'neutral' does not have"
+        if reason:
             raise ExperimentError(
-                f"evolution.selection = {self.evolution.selection!r} breeds groups of agents "
-                "separately, and 'neutral' would mix "
-                "them: there is no neutral control"
-            )
-        if self.part("evolution.selection").genes:
-            raise ExperimentError(
-                f"evolution.selection = {self.evolution.selection!r} has genes, which 'neutral' "
-                "does not have: there is no neutral control"
+                f"evolution.selection = {self.evolution.selection!r} {reason}: there is no neutral "
+                "control"
             )
         random_parents = {"selection": "neutral"}
         species = change_tables(self.population.species, "evolution", random_parents)
@@ -356,76 +323,27 @@ class BaseExperiment(Fields):
         """
         *tables, field = path.split(".")
         section: Any = reduce(getattr, tables, self)
-        section_class: Any = type(section)
-        kind = find_part_kind(section_class, field)
-        assert kind is not None, path
         value = getattr(section, field)
         names = (value,) if isinstance(value, str) else value
-        return tuple(self._make_part(section, kind, name, path) for name in names)
-
-    def _make_part(self, section: Any, kind: str, name: str, path: str) -> Any:
-        # `getattr` would return a method of the table for a part with the name "copy".
-        table = vars(section).get(table_name(name))
-        if isinstance(table, Fields):
-            return table
-        if table is not None or not registry.is_available(kind, name):
-            raise ExperimentError(
-                f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
-            )
-        return _make_plain_part(registry.find_class(kind, name))
-
-
-@lru_cache(maxsize=256)
-def _make_plain_part(part: type) -> Any:
-    """Return a part without settings. Simulations read parts in every generation."""
-    return part()
+        return tuple(make_part(section, field, name, path) for name in names)
 
 
 def _without_idle_tables(
     before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
 ) -> dict[str, Any]:
     """Return a tree without the tables of parts that are no longer chosen or changed."""
-    chosen_paths = {path for path, _ in chosen_parts(_find_base_class(tree), tree)}
     tree_before = before.to_dict()
-    parts_before = chosen_parts(_find_base_class(tree_before), tree_before, lenient=True)
-    for path, _ in parts_before:
-        *steps, part_table = path.split(".")
-        section = tree
-        changed_section = changes
-        for step in steps:
-            section = section[step]
-            is_table = isinstance(changed_section, dict)
-            changed_section = changed_section.get(step, {}) if is_table else {}
-        is_idle = path not in chosen_paths and part_table not in changed_section
-        if is_idle and isinstance(section, dict):
-            section.pop(part_table, None)
-    return tree
+    chosen_before = chosen_parts(_find_base_class(tree_before), tree_before, lenient=True)
+    chosen = chosen_parts(_find_base_class(tree), tree)
+    return remove_idle_tables(tree, chosen, chosen_before, changes)
 
 
-def _find_base_class(tree: dict[str, Any]) -> type[BaseExperiment]:
+def _find_base_class(tree: dict[str, Any]) -> Any:
     """Return the class of the experiments of a model, without tables of parts."""
     name = tree.get("model", "miniworld")
     if name == "miniworld" or name not in registry.names("model"):
-        miniworld: type[BaseExperiment] = registry.find_class("model", "miniworld")
-        return miniworld
-    return _make_model_class(registry.find_class("model", name), name)
-
-
-@cache
-def _make_model_class(model: type[Fields], name: str) -> type[BaseExperiment]:
-    tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
-    defaults = getattr(model, "defaults", {})
-    tables_of_model = {
-        key: replace_defaults(table, defaults.get(key, {})) for key, table in tables.items()
-    }
-    fields: dict[str, Any] = {
-        "name": (Name, name),
-        "model": (ModelName, Field(name, description="Model of founders, lifetimes and payoffs.")),
-        table_name(name): (model, make_table_field(model)),
-        **{key: (table, make_table_field(table)) for key, table in tables_of_model.items()},
-        "schedule": (tuple[Change, ...], SCHEDULE_FIELD),
-    }
-    return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
+        return registry.find_class("model", "miniworld")
+    return make_model_class(BaseExperiment, registry.find_class("model", name), name)
 
 
 class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
@@ -437,30 +355,6 @@ class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
     evolution: Evolution = Evolution()
     record: Record = Record()
     schedule: tuple[Change, ...] = SCHEDULE_FIELD
-
-
-@lru_cache(maxsize=256)
-def _list_species_experiments(experiment: BaseExperiment) -> Any:
-    """Return the experiments of the species of an experiment, which a long run often needs."""
-    return make_species_experiments(experiment)
-
-
-def _with_valid_species(experiment: BaseExperiment) -> Any:
-    """Return an experiment whose species have validated values."""
-    species = [
-        entry.to_tables() | normalize_settings(entry.settings, member.to_dict())
-        for entry, member in experiment._pair_species()
-    ]
-    tree = experiment.to_dict()
-    return _make_experiment(merge(tree, {"population": {"species": species}}), lenient=False)
-
-
-@lru_cache(maxsize=256)
-def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
-    """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
-    changes = [change.settings for change in experiment.schedule[:n_changes]]
-    settings = paths.combine_settings(changes)
-    return experiment.replace(schedule=[], **paths.nest_settings(settings))
 
 
 def validate(tree: Any, lenient: bool = False) -> Any:
@@ -485,7 +379,8 @@ def validate(tree: Any, lenient: bool = False) -> Any:
         if faults := experiment.find_diet_faults():
             raise ExperimentError("\n".join(faults))
         if experiment.population.species:
-            experiment = _with_valid_species(experiment)
+            species = {"population": {"species": normalize_species(experiment)}}
+            experiment = _make_experiment(merge(experiment.to_dict(), species))
     return experiment
 
 

@@ -1,20 +1,22 @@
-"""Classes of experiments, with one table per chosen part.
+"""Classes of experiments, with one table per chosen part, and the parts that a table chooses.
 
-Each combination of parts has one class.
+Each model and each combination of parts has one class.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, get_args
 
 from pydantic import BaseModel, Field, create_model
 
 from baldwinlab.experiment import registry
-from baldwinlab.experiment.fields import Fields, to_plain_data
+from baldwinlab.experiment.fields import ExperimentError, Fields, to_plain_data
 from baldwinlab.experiment.registry import PartChoice, table_name
+from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
+from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 ChosenParts = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of the table of a part, and its class; None for a part that is not loaded."""
@@ -78,6 +80,73 @@ def _to_names(value: Any) -> tuple[Any, ...]:
     return tuple(value) if isinstance(value, list | tuple) else ()
 
 
+def remove_idle_tables(
+    tree: dict[str, Any],
+    chosen: ChosenParts,
+    chosen_before: ChosenParts,
+    changes: dict[str, Any],
+) -> dict[str, Any]:
+    """Return a tree without the tables of parts that are no longer chosen.
+
+    A table in `changes` stays, so that its validation names it.
+    """
+    chosen_paths = {path for path, _ in chosen}
+    for path, _ in chosen_before:
+        *steps, part_table = path.split(".")
+        section = tree
+        changed_section = changes
+        for step in steps:
+            section = section[step]
+            is_table = isinstance(changed_section, dict)
+            changed_section = changed_section.get(step, {}) if is_table else {}
+        is_idle = path not in chosen_paths and part_table not in changed_section
+        if is_idle and isinstance(section, dict):
+            section.pop(part_table, None)
+    return tree
+
+
+def make_part(section: BaseModel, field: str, name: str, path: str) -> Any:
+    """Return the part `name` that the setting `field` of a table chooses.
+
+    `path`: path of the setting, for the ExperimentError about a part that is not loaded.
+    """
+    kind = find_part_kind(type(section), field)
+    assert kind is not None, path
+    # `getattr` would return a method of the table for a part with the name "copy".
+    table = vars(section).get(table_name(name))
+    if isinstance(table, Fields):
+        return table
+    if table is not None or not registry.is_available(kind, name):
+        raise ExperimentError(
+            f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
+        )
+    return _make_plain_part(registry.find_class(kind, name))
+
+
+@lru_cache(maxsize=256)
+def _make_plain_part(part: type) -> Any:
+    """Return a part without settings. Simulations read parts in every generation."""
+    return part()
+
+
+@cache
+def make_model_class(base: Any, model: type[Fields], name: str) -> Any:
+    """Return the class `base` with the settings of a model and its defaults of other settings."""
+    tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
+    defaults = getattr(model, "defaults", {})
+    tables_of_model = {
+        key: _replace_defaults(table, defaults.get(key, {})) for key, table in tables.items()
+    }
+    fields: dict[str, Any] = {
+        "name": (Name, name),
+        "model": (ModelName, Field(name, description="Model of founders, lifetimes and payoffs.")),
+        table_name(name): (model, _make_table_field(model)),
+        **{key: (table, _make_table_field(table)) for key, table in tables_of_model.items()},
+        "schedule": (tuple[Change, ...], SCHEDULE_FIELD),
+    }
+    return create_model("Experiment", __base__=base, __module__=base.__module__, **fields)
+
+
 @cache
 def make_class(base: Any, chosen: ChosenParts) -> Any:
     """Return the class `base` with the tables of the chosen parts."""
@@ -93,11 +162,11 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
     if further_steps:
         inner_section: Any = section.model_fields[field_name].annotation
         inner_class = _with_table(inner_section, further_steps, part)
-        declaration = (inner_class, make_table_field(inner_class))
+        declaration = (inner_class, _make_table_field(inner_class))
     elif part is None:
         declaration = (dict[str, Any], ...)
     else:
-        declaration = (part, make_table_field(part))
+        declaration = (part, _make_table_field(part))
     return create_model(
         section.__name__,
         __base__=section,
@@ -106,7 +175,7 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
     )
 
 
-def make_table_field(table: type[BaseModel]) -> Any:
+def _make_table_field(table: type[BaseModel]) -> Any:
     """Return the field of a table. It is required if a setting of the table has no default."""
     description = (table.__doc__ or "").strip().split("\n")[0]
     is_required = any(info.is_required() for info in table.model_fields.values())
@@ -115,7 +184,7 @@ def make_table_field(table: type[BaseModel]) -> Any:
     return Field(default_factory=table, description=description)
 
 
-def replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
+def _replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
     """Return a table with other defaults."""
     fields: dict[str, Any] = {}
     for name, value in values.items():

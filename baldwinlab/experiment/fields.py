@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from pathlib import PurePath
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
@@ -57,6 +57,43 @@ class Fields(BaseModel):
         if isinstance(value, bool) and not accepts_truth:
             raise ValueError("true and false are not numbers")
         return value
+
+
+class HashedFields(Fields):
+    """Table that computes its hash once.
+
+    Simulations look up caches by experiment several times in each generation.
+    """
+
+    def __hash__(self) -> int:
+        # Pydantic leaves out names with an underscore.
+        values = vars(self)
+        if "_hash" not in values:
+            hashes = [_hash_value(values[name]) for name in type(self).model_fields]
+            values["_hash"] = hash((type(self), *hashes))
+        return int(values["_hash"])
+
+    def __copy__(self) -> Self:
+        """Return a copy without the hash, because `model_copy` changes the copy."""
+        # `__new__` of an experiment would choose the class of an experiment with default parts.
+        copied: Self = object.__new__(type(self))
+        state = self.__getstate__()
+        values = {name: value for name, value in vars(self).items() if name != "_hash"}
+        set_fields = set(self.model_fields_set)
+        copied.__setstate__(state | {"__dict__": values, "__pydantic_fields_set__": set_fields})
+        return copied
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        """Return the table itself, because it is immutable."""
+        return self
+
+
+def _hash_value(value: Any) -> int:
+    try:
+        return hash(value)
+    except TypeError:
+        # The table of a part that is not loaded contains dictionaries.
+        return 0
 
 
 def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:

@@ -6,7 +6,7 @@ loads no engine. A custom part is registered when its class is created.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from typing import Any, Final, NamedTuple
@@ -164,6 +164,8 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 # Kind and name of each custom part that was added or removed, in order.
 _CHANGES: list[tuple[str, str]] = []
+# Returns the origin of a custom part. `parts`, without which there is no custom part, sets it.
+_find_origin: Callable[[type], Any]
 
 
 class PartChoice(NamedTuple):
@@ -250,6 +252,22 @@ def remove(kind: str, name: str) -> None:
 def count_changes() -> int:
     """Return the number of changes of the custom parts, for caches of results about parts."""
     return len(_CHANGES)
+
+
+def set_origin_finder(finder: Callable[[type], Any]) -> None:
+    """Set the function that returns the origin of a custom part, whose `load` loads the part."""
+    global _find_origin
+    _find_origin = finder
+
+
+def find_origins(choices: Iterable[tuple[str, str]]) -> tuple[Any, ...]:
+    """Return the origins of the loaded custom parts with these kinds and names, sorted."""
+    loaded_parts = custom_parts()
+    return tuple(
+        _find_origin(loaded_parts[choice])
+        for choice in sorted({*choices})
+        if choice in loaded_parts
+    )
 
 
 def unknown_part_message(kind: str, name: str) -> str:

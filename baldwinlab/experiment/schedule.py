@@ -10,13 +10,20 @@ The new value holds for that generation and all later ones. In TOML:
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, Final
 
 from pydantic import Field, model_validator
 
 from baldwinlab.experiment.fields import ExperimentError, Fields, to_plain_data
 from baldwinlab.experiment.file import File
-from baldwinlab.experiment.paths import iterate_settings, look_up, parse_assignment
+from baldwinlab.experiment.paths import (
+    combine_settings,
+    iterate_settings,
+    look_up,
+    nest_settings,
+    parse_assignment,
+)
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
@@ -81,6 +88,13 @@ def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
                 "such as learning.rule=none"
             )
     return changes
+
+
+@lru_cache(maxsize=256)
+def apply_changes(experiment: Any, n_changes: int) -> Any:
+    """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
+    changes = [change.settings for change in experiment.schedule[:n_changes]]
+    return experiment.replace(schedule=[], **nest_settings(combine_settings(changes)))
 
 
 def require_valid_schedule(experiment: Any) -> None:

@@ -18,6 +18,7 @@ the experiment.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import zip_longest
 from typing import Any, Final
 
@@ -92,8 +93,9 @@ def find_species_faults(
     return faults
 
 
+@lru_cache(maxsize=256)
 def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
-    """Return the experiment of each species."""
+    """Return the experiment of each species, which a long run often needs."""
     members = []
     for species_index, species in enumerate(experiment.population.species):
         location = f"population.species.{species_index}"
@@ -247,7 +249,16 @@ def combine_inputs(
     return tuple(name for name, _ in numbers), indices
 
 
-def normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
+def normalize_species(experiment: Any) -> list[dict[str, Any]]:
+    """Return the setting `population.species` of an experiment with validated values."""
+    pairs = zip(experiment.population.species, experiment.species_experiments(), strict=True)
+    return [
+        species.to_tables() | _normalize_settings(species.settings, member.to_dict())
+        for species, member in pairs
+    ]
+
+
+def _normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a species with the values of its validated experiment.
 
     The validated value of a data file, for example, has its hash.
@@ -256,5 +267,5 @@ def normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> 
     for name, value in settings.items():
         valid_value = tree[name]
         has_tables = isinstance(value, Mapping) and isinstance(valid_value, Mapping)
-        normalized[name] = normalize_settings(value, valid_value) if has_tables else valid_value
+        normalized[name] = _normalize_settings(value, valid_value) if has_tables else valid_value
     return normalized

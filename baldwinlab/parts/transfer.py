@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.experiment import BaseExperiment, registry
-from baldwinlab.experiment.added_parts import custom_choices
+from baldwinlab.experiment import registry
 from baldwinlab.parts.loading import MODULE_PREFIX, load_text, source_of
 from baldwinlab.parts.part import PartMeta
 
@@ -46,13 +45,6 @@ class PartOrigin(NamedTuple):
                 f"{self.describe()} differs from the {self.kind} of this name that this process "
                 "has loaded: load one of them in a new process, or give it another name"
             )
-
-
-def find_origins(experiment: BaseExperiment) -> tuple[PartOrigin, ...]:
-    """Return the origins of the loaded custom parts of an experiment, sorted."""
-    choices = sorted(set(custom_choices(experiment)))
-    loaded_parts = registry.custom_parts()
-    return tuple(_find_origin(loaded_parts[choice]) for choice in choices if choice in loaded_parts)
 
 
 def _find_origin(part: Any) -> PartOrigin:
@@ -102,6 +94,7 @@ def _reduce_class(part: Any) -> Any:
     return _restore_attribute, (_find_origin(part), part.__qualname__)
 
 
-# `parts` imports this module, so the registration precedes all files with parts. A pickle of a part
-# contains its class.
+# `parts` imports this module, so both registrations precede all files with parts. A pickle of an
+# experiment contains the origins of its parts, and a pickle of a part contains its class.
+registry.set_origin_finder(_find_origin)
 copyreg.pickle(PartMeta, _reduce_class)
