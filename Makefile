@@ -142,7 +142,7 @@ lock: $(VENV)/.dev
 # Both ends of the bounds of pyproject.toml, each in a separate environment, on tests that take a few minutes.
 SLICE := tests/engine tests/experiment tests/analysis/statistics tests/analysis/figures/test_panels.py \
   tests/evolution tests/api/export \
-  tests/core/test_console.py tests/core/test_netcdf.py tests/core/test_output_paths.py tests/cli/test_cli.py
+  tests/core/test_console.py tests/core/test_netcdf.py tests/core/test_files.py tests/cli/test_cli.py
 oldest: RESOLUTION := lowest-direct
 newest: RESOLUTION := highest
 oldest newest: EXTRAS := $(subst $() ,$(comma),$(USERS))

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab._version import __version__
-from baldwinlab.core.gymnasium_registration import register_environments
+from baldwinlab.core.deferred import register_environments
 
 if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part

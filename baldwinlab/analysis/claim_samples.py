@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.analysis.statistics.survival import Survival
-from baldwinlab.core.measures import measure_runs
+from baldwinlab.experiment.measures import measure_runs
 from baldwinlab.papers import load
 from baldwinlab.papers.claims import (
     COMMON_MEASURES,

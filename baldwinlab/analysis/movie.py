@@ -21,8 +21,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import name_file_in_errors
-from baldwinlab.core.output_paths import REPLAY_MARK
+from baldwinlab.core.files import REPLAY_MARK, name_file_in_errors
 
 FRAMES_PER_SECOND = 25
 MAX_GIF_COLORS = 256

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.names import list_names
 from baldwinlab.core.numbers import require_whole_number
-from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.species import make_species_batch

@@ -15,9 +15,8 @@ from baldwinlab.api.agents import read_genomes
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import FREEZE_MARK, parse_location, require_writable
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.core.output_paths import FREEZE_MARK, require_writable
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment

@@ -11,7 +11,7 @@ import numpy as np
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.finite import find_faulty_gene
 from baldwinlab.evolution.genes import require_genes_in_range

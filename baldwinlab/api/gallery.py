@@ -16,7 +16,7 @@ from baldwinlab.api.publish.gallery import (
 from baldwinlab.api.reproduce import Reproduction, are_foragers, run_reproduction
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core import console
-from baldwinlab.core.output_paths import REPORT_MARK, require_writable
+from baldwinlab.core.files import REPORT_MARK, require_writable
 from baldwinlab.papers.design import read_design
 
 # The folder of the study of the default paper.

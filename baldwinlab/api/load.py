@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.suggestions import list_names
+from baldwinlab.core.names import list_names
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers import presets

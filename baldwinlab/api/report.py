@@ -22,11 +22,10 @@ from baldwinlab.api.tables import (
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import require_writable_path
-from baldwinlab.core.files import is_local, shorten_path
+from baldwinlab.core.files import REPORT_MARK, is_local, require_writable, shorten_path
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
-from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP
+from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE, SWEEP
 from baldwinlab.papers import Paper
 from baldwinlab.studies.claims_file import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore

@@ -16,10 +16,10 @@ from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
+from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
-from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect

@@ -12,9 +12,9 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Final, ParamSpec, TypedDict, TypeVar
 
+from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.resources import Need
-from baldwinlab.core.suggestions import suggest
 from baldwinlab.studies import executors
 from baldwinlab.studies.executors import THREADS, Executor
 

@@ -11,17 +11,17 @@ from threading import Lock
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
+from baldwinlab.core.console import FitnessCurves
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import is_study
 from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, require_whole_number
-from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
-from baldwinlab.core.sparkline import FitnessCurves
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conflicts import count_worlds
-from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
+from baldwinlab.experiment.conditions import CONDITIONS, Factors, StudyKind
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import (
     Backend,
     choose_backend,

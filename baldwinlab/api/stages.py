@@ -25,7 +25,7 @@ from baldwinlab.api.run_study import (
 )
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_study
 from baldwinlab.experiment import assign
 from baldwinlab.papers import Paper
 from baldwinlab.papers.design import (

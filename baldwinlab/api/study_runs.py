@@ -9,7 +9,7 @@ from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, sele
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.simulation.reevaluation import restore_genomes
 from baldwinlab.simulation.replay import (
     replay,

@@ -17,7 +17,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep

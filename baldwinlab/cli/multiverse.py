@@ -24,9 +24,9 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
+from baldwinlab.core.files import is_study
 from baldwinlab.core.numbers import require_whole_number
-from baldwinlab.core.output_paths import is_study
-from baldwinlab.experiment.factors import MULTIVERSE
+from baldwinlab.experiment.conditions import MULTIVERSE
 from baldwinlab.papers import DEFAULT_PAPER, Paper, PaperError, load
 from baldwinlab.studies.multiverse import (
     Variant,

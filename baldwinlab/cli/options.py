@@ -26,7 +26,7 @@ from cyclopts import (
 from baldwinlab._version import __version__
 from baldwinlab.core import console
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 
 # The output of `baldwinlab` without arguments.
 OVERVIEW: Final = """\

@@ -24,7 +24,7 @@ from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.output_paths import REPLAY_MARK, require_writable
+from baldwinlab.core.files import REPLAY_MARK, require_writable
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import trace_variables
 from baldwinlab.experiment import Experiment

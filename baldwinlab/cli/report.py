@@ -27,8 +27,8 @@ from baldwinlab.cli.results import print_gallery, print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import require_writable
 from baldwinlab.core.numbers import require_whole_number
-from baldwinlab.core.output_paths import require_writable
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.core import console
-from baldwinlab.experiment.factors import MULTIVERSE
+from baldwinlab.experiment.conditions import MULTIVERSE
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.store import StudyStore
 

@@ -25,8 +25,7 @@ from baldwinlab.cli.options import (
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import parse_location, quote_path
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_study, parse_location, quote_path
 from baldwinlab.experiment.schedule import parse_changes
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.papers.presets import load_with_origin

@@ -1,4 +1,4 @@
-"""Functions that read files up to a size limit, locally and in remote storage."""
+"""Files that are read up to a size limit, locally and in remote storage, and checks of paths."""
 
 from __future__ import annotations
 
@@ -25,6 +25,25 @@ STUDY_FILE_NAME: Final = "study.toml"
 # The extra that a kind of storage needs, and the modules that show whether it is installed.
 EXTRA_OF_PROTOCOL: Final = {"s3": "s3", "s3a": "s3"}
 STORAGE_MODULES: Final = {"s3": ("upath", "s3fs"), "cluster": ("upath",)}
+
+# Marks in the files that the commands write: traces, pictures and movies; reports; pages that
+# simulate; genome files.
+REPLAY_MARK: Final = "baldwinlab replay"
+REPORT_MARK: Final = "baldwinlab report"
+EXPORT_MARK: Final = "baldwinlab export"
+FREEZE_MARK: Final = "baldwinlab freeze"
+_STUDY_ENTRIES: Final = (
+    "runs",
+    "parts",
+    "inputs",
+    "founders",
+    "assays",
+    "paper",
+    STUDY_FILE_NAME,
+    "sessions.jsonl",
+)
+# Number of bytes at each end of a file that may hold the mark.
+_MARK_RANGE: Final = 65536
 
 
 class FileKind(NamedTuple):
@@ -197,6 +216,54 @@ def _find_studies_above(path: Path) -> Iterator[Path]:
     for folder in path.parents:
         if ".." not in path.relative_to(folder).parts and (folder / STUDY_FILE_NAME).exists():
             yield folder
+
+
+def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
+    """Raise RefusedError if a command must not write a file.
+
+    - `path`: its folder must exist, and it must not be inside a study.
+    - `mark`: bytes that all files of this command contain. An existing file without them is
+      refused.
+    - `force`: accept an existing file without `mark`.
+    """
+    if not path.parent.is_dir():
+        raise RefusedError(
+            f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
+            "another path."
+        )
+    if folder := enclosing_study(path):
+        raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
+    if path.is_dir():
+        raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
+    if path.exists() and not force and not has_mark(path, mark):
+        raise RefusedError(
+            f"{option} {path} exists and was not written by this command. Choose another path or "
+            "add --force."
+        )
+
+
+def is_study(folder: Path) -> bool:
+    """Return whether a folder holds a study, possibly damaged. `study.toml` is its last file."""
+    return (folder / STUDY_FILE_NAME).exists()
+
+
+def enclosing_study(path: Path) -> Path | None:
+    """Return the folder of the study that contains a path, or None. Links are followed."""
+    real_path = path.resolve()
+    for folder in real_path.parents:
+        entry = real_path.relative_to(folder).parts[0]
+        if entry in _STUDY_ENTRIES and is_study(folder):
+            return folder
+    return None
+
+
+def has_mark(path: Path, mark: bytes) -> bool:
+    """Return whether a file is empty or has a mark near one of its ends."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        start = file.read(_MARK_RANGE)
+        file.seek(max(0, size - _MARK_RANGE))
+        return size == 0 or mark in start or mark in file.read()
 
 
 @contextmanager

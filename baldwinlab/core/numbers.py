@@ -1,17 +1,20 @@
-"""Check the whole numbers that a caller gives: counts, seeds, runs, generations and agents.
+"""Checks of the numbers that a user gives, in arguments and in environment variables.
 
-An argument has the same name in all functions, so the range of each name is defined once.
+An argument is a count, a seed, a run, a generation or an agent. It has the same name in all
+functions, so the range of each name is defined once.
 """
 
 from __future__ import annotations
 
 import inspect
 import operator
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any, Final, ParamSpec, TypeVar
 
-from baldwinlab.core.errors import ArgumentError
+from baldwinlab.core.errors import ArgumentError, RefusedError
 
 SEED_LIMIT: Final = 2**31
 """Seeds and the numbers of runs are less than this: records hold signed 32-bit integers."""
@@ -83,3 +86,28 @@ def _check_argument(name: str, value: Any, annotation: str) -> Any:
     if has_several and not isinstance(value, str) and getattr(value, "ndim", True):
         return [require_whole_number(name, number) for number in value]
     return require_whole_number(name, value)
+
+
+def read_whole_number(name: str, default: int, last: int) -> int:
+    """Return the number in an environment variable, from 1 to `last`."""
+    value = os.environ.get(name, str(default))
+    is_number = value.isascii() and value.isdecimal()
+    if not is_number or not 1 <= int(value) <= last:
+        raise RefusedError(
+            f"the environment variable {name} is {value!r} and must be a whole number from 1 to "
+            f"{last}; correct or unset it"
+        )
+    return int(value)
+
+
+@contextmanager
+def name_variable_in_errors(name: str) -> Iterator[None]:
+    """Name an environment variable in the error of a library that reads it when it is imported."""
+    try:
+        yield
+    except ValueError as error:
+        if name not in os.environ:
+            raise
+        raise RefusedError(
+            f"the environment variable {name} is {os.environ[name]!r}: {error} Correct or unset it."
+        ) from None

@@ -26,7 +26,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, models, overload, register_model, type_callable
 
-from baldwinlab.core.environment import read_whole_number
+from baldwinlab.core.numbers import read_whole_number
 from baldwinlab.engine.numba_internals.lowering import (
     array_data,
     call_intrinsic,

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import FREEZE_MARK
 from baldwinlab.core.netcdf import (
     DamagedError,
     from_bytes,
@@ -28,7 +29,6 @@ from baldwinlab.core.netcdf import (
     to_bytes,
     verify_checksum,
 )
-from baldwinlab.core.output_paths import FREEZE_MARK
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.toml import to_toml

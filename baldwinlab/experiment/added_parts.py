@@ -1,19 +1,22 @@
-"""Lists of the added parts of an experiment, and the checks that these parts make.
+"""Added parts of an experiment: their lists, their checks, and their genes.
 
-An added part is a part that `registry.BUILT_IN` does not list.
+An added part is a part that `registry.BUILT_IN` does not list. Only added parts have genes. The
+genes of parts are the last entries of the first module of a genome, in the order of the parts.
+The genes of the selection and then the genes of the learning rule come last. A control without
+learning lacks these genes, so it uses the first entries of the same genomes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from functools import lru_cache
+from typing import Any, Final
 
 from pydantic import BaseModel
 
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
-from baldwinlab.experiment.genes import check_genes
 
 # Names that a record of a part cannot have. `core.variables` declares the variables, but its import
 # takes long.
@@ -28,6 +31,8 @@ COMMON_VARIABLES = (
     "parents",
     "species",
 )
+# Paths of the parts whose genes come last, because a control replaces these parts.
+LAST_PATHS: Final = ("evolution.selection", "learning.rule")
 
 
 def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
@@ -112,3 +117,77 @@ def _require_valid_records(experiment: Any) -> None:
                     f"{path} = {part.name!r} reads the record {name!r}, which no part of the "
                     f"experiment declares; declared records: {declared}"
                 )
+
+
+def list_gene_names(experiment: Any) -> list[str]:
+    """Return the names of the genes of parts, in the order of the genome.
+
+    Parts that are not loaded are left out.
+    """
+    parts = _list_parts_with_genes(experiment, registry.count_changes())
+    return [name for _, part in parts for name in part.genes]
+
+
+def resolve_genes(experiment: Any) -> dict[str, Any]:
+    """Return the genes of parts by name, in the order of the genome, with numbers as values."""
+    genes: dict[str, Any] = {}
+    for path, part_class in _list_parts_with_genes(experiment, registry.count_changes()):
+        part = next(part for part in experiment.parts(path) if isinstance(part, part_class))
+        for name, gene in part.genes.items():
+            if name in genes:
+                raise ExperimentError(
+                    f"{path} = {part.name!r} has the gene {name!r}, which another part also has; "
+                    "rename one of them"
+                )
+            try:
+                genes[name] = gene.resolve(part, experiment)
+            except ValueError as error:
+                message = str(error).removeprefix("gene: ")
+                raise ExperimentError(
+                    f"{path} = {part.name!r}: the gene {name!r} has {message}"
+                ) from None
+    return genes
+
+
+def check_genes(experiment: Any) -> None:
+    """Check the genes of parts of an experiment."""
+    genes = resolve_genes(experiment)
+    genome_path = "network.kind" if experiment.model == "miniworld" else "model"
+    if genes and experiment.part(genome_path).has_graph_genomes:
+        raise ExperimentError(
+            f"{genome_path} = {experiment.part(genome_path).name!r} has graphs as genomes, which "
+            f"cannot hold genes of parts ({', '.join(genes)}); choose another one"
+        )
+
+
+@lru_cache(maxsize=256)
+def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, Any]]:
+    """Return the result of `_find_parts_with_genes`.
+
+    `n_changes` counts the changes of the custom parts, because a cached result must not outlive
+    the classes of its parts.
+    """
+    return list(_find_parts_with_genes(experiment))
+
+
+def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
+    """Yield path and class of each loaded part with genes, in the order of the genome."""
+    fields = choosing_fields(experiment.__class__)
+    ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
+    for path, kind, _ in ordered_fields:
+        # A model counts all of its genes by itself.
+        if kind == "model":
+            continue
+        value, _ = paths.look_up(experiment, path)
+        names = [value] if isinstance(value, str) else value
+        for name in names:
+            # The parts in BUILT_IN have no genes. Their classes would load the engine.
+            is_built_in = name in registry.BUILT_IN[kind]
+            if not is_built_in and registry.is_available(kind, name):
+                part = registry.find_class(kind, name)
+                if part.genes:
+                    yield path, part
+
+
+def _rank(path: str) -> int:
+    return LAST_PATHS.index(path) + 1 if path in LAST_PATHS else 0

@@ -15,10 +15,14 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import ValidationError, model_validator
 
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.measures import Measure
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import paths, registry
-from baldwinlab.experiment.added_parts import check_added_parts, custom_choices
+from baldwinlab.experiment.added_parts import (
+    check_added_parts,
+    custom_choices,
+    list_gene_names,
+    resolve_genes,
+)
 from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
@@ -37,8 +41,8 @@ from baldwinlab.experiment.fields import (
     to_plain_data,
 )
 from baldwinlab.experiment.file import find_paths, remember_path
-from baldwinlab.experiment.genes import list_gene_names, resolve_genes
 from baldwinlab.experiment.html import format_html
+from baldwinlab.experiment.measures import SPECIES_MEASURES, Measure
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.schedule import (
     SCHEDULE_FIELD,
@@ -55,7 +59,6 @@ from baldwinlab.experiment.species import (
     normalize_species,
     require_valid_species,
 )
-from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.patterns import describe_pattern
+from baldwinlab.core.names import describe_pattern
 
 MAX_FAULTS: Final = 10
 """Number of errors that a message lists."""

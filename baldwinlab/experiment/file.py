@@ -20,9 +20,9 @@ from typing import Any, Final
 
 from pydantic import Field, model_validator
 
-from baldwinlab.core import patterns
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import DATA_FILE, make_absolute, parse_location, read_bytes
+from baldwinlab.core.names import SHA256
 from baldwinlab.experiment.fields import Fields
 
 _PATHS: Final[dict[str, Path]] = {}
@@ -53,7 +53,7 @@ class File(Fields):
     )
     sha256: str = Field(
         "",
-        pattern=patterns.SHA256,
+        pattern=SHA256,
         description="SHA-256 of the content, computed by baldwinlab.",
     )
 

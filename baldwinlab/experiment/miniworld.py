@@ -1,4 +1,7 @@
-"""Experiment with foragers in MiniWorld; `miniworld_tables` has its settings."""
+"""Experiment with foragers in MiniWorld, and its settings that exclude each other.
+
+`miniworld_tables` has its settings.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,10 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from baldwinlab.core.measures import Measure
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.experiment.conflicts import (
-    find_birth_conflicts,
-    find_control_conflicts,
-    find_world_conflicts,
-)
 from baldwinlab.experiment.fields import refuse_fields
+from baldwinlab.experiment.measures import Measure, make_predation_measures
 from baldwinlab.experiment.miniworld_tables import (
     Contact,
     Eats,
@@ -30,7 +28,6 @@ from baldwinlab.experiment.miniworld_tables import (
     WorldPopulation,
     WorldRecord,
 )
-from baldwinlab.experiment.predation_measures import make_predation_measures
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.species import change_tables, combine_modules
@@ -246,3 +243,74 @@ def _list_part_records(experiment: Experiment) -> dict[str, Any]:
                 for part in member.parts(path):
                     records |= part.records
     return records
+
+
+def count_worlds(experiment: Any) -> int:
+    """Return the number of worlds that MiniWorld simulates in a generation of one run."""
+    n_worlds: int = experiment.lifetime.repeats * experiment.population.worlds
+    return n_worlds
+
+
+def find_world_conflicts(experiment: Any) -> list[str]:
+    """Return a sentence for each setting of worlds and lifetimes that other settings exclude."""
+    worlds = experiment.population.worlds
+    repeats = experiment.lifetime.repeats
+    interval = experiment.record.every
+    several = {"population.worlds": worlds, "lifetime.repeats": repeats}
+    conflicts = []
+    for path, value in several.items():
+        if value > 1 and experiment.population.species:
+            conflicts.append(f"{path} = {value} must be 1, because species share a world")
+        elif value > 1 and experiment.births_in_life:
+            conflicts.append(
+                f"{path} = {value} must be 1, because world.features has births during life, "
+                "which are births of one world and one lifetime"
+            )
+    if interval is not None and experiment.population.species:
+        conflicts.append(
+            f"record.every = {interval} must be left out, because the time series of several "
+            "species are not recorded"
+        )
+    inheritance = experiment.evolution.inheritance
+    if repeats > 1 and experiment.part("evolution.inheritance").wants_learned(experiment):
+        conflicts.append(
+            f"lifetime.repeats = {repeats} must be 1, because evolution.inheritance = "
+            f"{inheritance!r} uses the learned weights of one lifetime"
+        )
+    return conflicts
+
+
+def find_birth_conflicts(experiment: Any) -> list[str]:
+    """Return a sentence if the variation cannot create the children that are born during life."""
+    features = [part.name for part in experiment.parts("world.features") if part.allows_births]
+    if not features or experiment.part("evolution.variation").has_independent_children():
+        return []
+    return [
+        f"world.features: {features[0]} needs a variation that creates one child at a time; "
+        f"evolution.variation = {experiment.evolution.variation!r} does not"
+    ]
+
+
+def find_control_conflicts(experiment: Any) -> list[str]:
+    """Return a sentence if other settings exclude the control of the learning rule."""
+    control = experiment.learning.control
+    learning_of_species = [
+        species.settings.get("learning", {}) for species in experiment.population.species
+    ]
+    has_yoked_species = any(
+        learning.get("control", control) == "yoked" for learning in learning_of_species
+    )
+    if has_yoked_species:
+        reason = "must not be used with population.species, whose sizes can change"
+        return [f"learning.control = 'yoked' {reason}"]
+    if control != "yoked" or experiment.learning.rule == "none":
+        return []
+    setting = f"learning.control = {control!r}"
+    yoked = f"{setting} gives each agent the weight changes of another agent of its world"
+    if experiment.agents_per_world < 2:
+        return [f"{yoked}: population.size / population.worlds must be at least 2"]
+    if experiment.lifetime.update == "sequential":
+        return [f"{yoked} at the same time: lifetime.update must be 'simultaneous'"]
+    if experiment.births_in_life or experiment.has_deaths:
+        return [f"{yoked}: world.features must have no births or deaths during life"]
+    return []

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from baldwinlab.core.suggestions import did_you_mean, list_names
+from baldwinlab.core.names import did_you_mean, list_names
 
 _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"

@@ -24,8 +24,8 @@ from typing import Any, Final
 
 from pydantic import Field, model_validator
 
-from baldwinlab.core import patterns
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.names import SPECIES_NAME
 from baldwinlab.experiment.fields import ExperimentError, Fields, format_value, to_plain_data
 from baldwinlab.experiment.paths import iterate_settings, nest_settings
 
@@ -42,7 +42,7 @@ class Species(Fields, extra="allow"):
     """Agents with equal settings: name, size, and the settings that differ from the experiment."""
 
     name: str = Field(
-        pattern=patterns.SPECIES_NAME,
+        pattern=SPECIES_NAME,
         max_length=60,
         description="Name of the species, in records and figures.",
     )

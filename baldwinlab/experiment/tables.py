@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from baldwinlab.core import patterns
+from baldwinlab.core.names import CONDITION_NAME
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.registry import PartChoice
@@ -18,7 +18,7 @@ SHARE_TOLERANCE = 1e-9
 Name = Annotated[
     str,
     Field(
-        pattern=patterns.CONDITION_NAME,
+        pattern=CONDITION_NAME,
         max_length=200,
         description="Name of the condition, in results and figures.",
     ),

@@ -23,8 +23,8 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
+from baldwinlab.experiment.measures import first_generation
 from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import first_generation
+from baldwinlab.experiment.measures import first_generation
 from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import PAPER_FILE, read_bytes, require_inside_study
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.papers.checks import check_paper
 from baldwinlab.papers.loading import PaperError
 from baldwinlab.papers.paper import CARD_FILE, PRESET_KINDS, Paper, open_paper

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from pydantic import Field
 
-from baldwinlab.core import patterns
+from baldwinlab.core.names import ATLAS_CLAIM, MAP_NAME
 from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
 
 FOLDER: Final = Path(__file__).with_name("atlas")
@@ -35,7 +35,7 @@ class Size(DeclaredTable):
 class AtlasMap(DeclaredTable):
     """A map: a model on a grid of settings."""
 
-    name: str = Field(pattern=patterns.MAP_NAME)
+    name: str = Field(pattern=MAP_NAME)
     title: str
     # The model, in one sentence.
     description: str
@@ -67,7 +67,7 @@ class AtlasMap(DeclaredTable):
 class AtlasClaim(DeclaredTable):
     """A claim, with the rule by which it fails."""
 
-    id: str = Field(pattern=patterns.ATLAS_CLAIM)
+    id: str = Field(pattern=ATLAS_CLAIM)
     claim: str
     rule: str
     # Numbers of the rule, which names them in braces.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers.claims import COMMON_MEASURES, FIRST_GENERATIONS, Claim, ClaimComparison

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 from baldwinlab.papers.rules import RULES, Bound
 

@@ -19,9 +19,9 @@ from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import Field
 
-from baldwinlab.core import patterns
+from baldwinlab.core.names import GRID_NAME
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 from baldwinlab.papers.paper import Paper
@@ -42,7 +42,7 @@ class TuningGrid(DeclaredTable):
     """Values of a setting, of which the best is chosen for each condition."""
 
     # First part of the folders of the studies: rate-0.01.
-    name: str = Field(pattern=patterns.GRID_NAME)
+    name: str = Field(pattern=GRID_NAME)
     # Path of the setting.
     field: str
     values: tuple[float, ...] = Field(min_length=2)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, fie
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
-from baldwinlab.core.patterns import describe_pattern
+from baldwinlab.core.names import describe_pattern
 
 
 class PaperError(BaldwinLabError, ValueError):

@@ -27,12 +27,10 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from baldwinlab.core import patterns
+from baldwinlab.core.names import PAPER_NAME, find_name_fault, list_names, suggest
 from baldwinlab.core.numbers import SEED_LIMIT
-from baldwinlab.core.output_paths import find_name_fault
-from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.papers.claims import (
     Claim,
     read_claims,
@@ -55,7 +53,7 @@ STANDARD_VARIANT = "standard"
 class PaperMetadata(DeclaredTable):
     """The fields of `paper.toml`."""
 
-    name: str = Field(pattern=patterns.PAPER_NAME)
+    name: str = Field(pattern=PAPER_NAME)
     title: str
     authors: tuple[str, ...] = Field(min_length=1)
     year: int = Field(ge=1, le=9999)

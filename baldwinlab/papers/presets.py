@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab import papers
 from baldwinlab.core.files import EXPERIMENT_FILE, read_text
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.experiment import (
     BaseExperiment,
     Experiment,
@@ -28,7 +28,7 @@ from baldwinlab.experiment import (
     registry,
     validate,
 )
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import name_source_in_errors, parse_tree
 from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper

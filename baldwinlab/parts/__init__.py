@@ -14,7 +14,6 @@ from typing import Any
 from pydantic import Field
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.measures import Measure
 from baldwinlab.core.variables import PER_AGENT_DIMS, Variable
 from baldwinlab.engine.arithmetic import (
     logarithm,
@@ -29,6 +28,7 @@ from baldwinlab.engine.rng import FOUNDER, LIFE, Stream, draw, philox, purpose, 
 from baldwinlab.engine.simd import any_of, choose, clamp, get, negated, put, simd_block, square_root
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
+from baldwinlab.experiment.measures import Measure
 from baldwinlab.parts import transfer as transfer
 from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
 from baldwinlab.parts.bodies import Body

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import Measure
 from baldwinlab.core.variables import Variable
+from baldwinlab.experiment.measures import Measure
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.views import View
 

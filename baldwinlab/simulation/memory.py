@@ -27,7 +27,7 @@ from baldwinlab.core.variables import (
     window_coordinates,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.experiment.conflicts import count_worlds
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import ACROSS, combine_inputs
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes

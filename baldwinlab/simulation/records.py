@@ -13,8 +13,7 @@ import numpy.typing as npt
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.netcdf import encode_arrays
-from baldwinlab.core.netcdf_writer import LabeledArray
+from baldwinlab.core.netcdf import LabeledArray, encode_arrays
 from baldwinlab.core.record_batches import (
     BATCH_VARIABLES,
     KEPT_GENERATIONS,

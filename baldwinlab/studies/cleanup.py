@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.core.errors import InterruptedStudyError
-from baldwinlab.core.files import is_local, make_absolute
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_local, is_study, make_absolute
 from baldwinlab.studies.input_files import INPUT_FOLDER
 from baldwinlab.studies.progress import FILE_PREFIX
 

@@ -13,15 +13,17 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from baldwinlab.core.file_writing import write_atomically, write_exclusively
-from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
-from baldwinlab.core.output_paths import (
+from baldwinlab.core.files import (
+    PARTIAL_SUFFIX,
+    STUDY_FILE_NAME,
     enclosing_study,
-    find_case_collision,
-    find_name_fault,
+    is_local,
     is_study,
+    require_inside_study,
 )
+from baldwinlab.core.names import find_case_collision, find_name_fault
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import iterate_file_tables, require_files
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies.input_files import collect_sources, name_copies, save_sources, write_copies

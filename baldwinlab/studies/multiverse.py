@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from baldwinlab.experiment import Experiment, merge
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.papers import Paper, load, presets
 
 STANDARD_VARIANT = "standard"

@@ -18,7 +18,7 @@ from baldwinlab.core.variables import (
     GENERATION_COUNT,
     GENERATION_COUNT_ATTRIBUTES,
 )
-from baldwinlab.experiment.factors import factor_coordinates
+from baldwinlab.experiment.conditions import factor_coordinates
 from baldwinlab.experiment.outcome import name_outcome
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies.run_samples import sample_runs

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import FileKind, is_local, read_bytes
+from baldwinlab.core.files import FileKind, is_local, is_study, read_bytes
 from baldwinlab.core.netcdf import (
     DamagedError,
     decode_variables,
@@ -24,7 +24,6 @@ from baldwinlab.core.netcdf import (
     to_bytes,
     verify_checksum,
 )
-from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.record_batches import select_attributes, select_record
 from baldwinlab.core.variables import as_record
 from baldwinlab.experiment import BaseExperiment, ExperimentError

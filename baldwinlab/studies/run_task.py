@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conflicts import count_worlds
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.models.miniworld.backends.team import is_large
 from baldwinlab.simulation.history import History

@@ -25,22 +25,26 @@ from typing import Any
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
+from baldwinlab.core.file_writing import (
+    append_line,
+    remove_abandoned,
+    require_writable_path,
+    write_atomically,
+)
 from baldwinlab.core.files import (
     EXPERIMENT_FILE,
     SESSIONS_FILE,
     STUDY_FILE,
     STUDY_FILE_NAME,
     is_local,
+    is_study,
     make_absolute,
     parse_toml,
     read_bytes,
     require_inside_study,
     shorten_path,
 )
-from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.partial_files import remove_abandoned
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab.core.files import FileKind, is_local, read_text
+from baldwinlab.core.names import CONDITION_NAME
 from baldwinlab.core.numbers import SEED_LIMIT
-from baldwinlab.core.patterns import CONDITION_NAME
-from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.conditions import STUDY_KINDS, SWEEP, Factors, StudyKind
 from baldwinlab.studies.input_files import format_toml
 
 if TYPE_CHECKING:

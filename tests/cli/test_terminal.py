@@ -14,7 +14,7 @@ import termios
 import time
 from pathlib import Path
 
-from baldwinlab.core.sparkline import BARS
+from baldwinlab.core.console import BARS
 from tests.commands import Command
 
 RUN = (

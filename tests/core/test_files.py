@@ -1,46 +1,15 @@
-"""Files are written atomically."""
+"""Locations of files, and outputs of commands, which overwrite only their own and empty files."""
 
 from __future__ import annotations
 
-import errno
-import os
 from pathlib import Path
 
 import pytest
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import parse_location
-
-
-def test_a_full_disk_does_not_change_the_old_file_and_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "record"
-    write_atomically(path, b"old")
-
-    def fail_without_space(handle: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", fail_without_space)
-    for written, folder in ((path, tmp_path), (tmp_path / "folder" / "new", tmp_path / "folder")):
-        with pytest.raises(OSError, match="no space is left in") as raised:
-            write_atomically(written, b"new")
-        assert raised.value.filename == str(written)
-        assert raised.value.strerror == f"no space is left in {folder}"
-        assert raised.value.errno == errno.ENOSPC
-    assert path.read_bytes() == b"old"
-    # No temporary file remains.
-    assert sorted(tmp_path.rglob("*")) == [tmp_path / "folder", path]
-
-
-def test_a_pipe_or_a_device_is_refused_and_remains(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    with pytest.raises(RefusedError, match=r"pipe is a device or a pipe\. Give the path of a file"):
-        write_atomically(pipe, b"content")
-    assert pipe.is_fifo()
-    assert list(tmp_path.iterdir()) == [pipe]
+from baldwinlab.core.files import parse_location, require_writable
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def test_a_location_is_a_path_or_an_fsspec_url(tmp_path: Path) -> None:
@@ -57,3 +26,51 @@ def test_a_location_is_a_path_or_an_fsspec_url(tmp_path: Path) -> None:
         ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"
     ):
         parse_location("nowhere://study")
+
+
+def require_output(path: Path, *, force: bool = False) -> None:
+    require_writable("--out", path, b"made by me", force=force)
+
+
+def test_the_files_of_a_study_are_never_overwritten(tmp_path: Path) -> None:
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
+    (tmp_path / "study/assays/innate/evo").mkdir(parents=True)
+    for name in (
+        *("study.toml", "sessions.jsonl", "runs/evo/A/0000.nc", "runs/new.nc"),
+        "assays/innate/evo/A.nc",
+    ):
+        path = tmp_path / "study" / name
+        link = tmp_path / f"link to {path.name}"
+        link.symlink_to(path)
+        for output_path in (path, tmp_path / "study" / "runs" / ".." / name, link):
+            with pytest.raises(RefusedError, match="is inside the study"):
+                require_output(output_path, force=True)
+
+
+def test_a_file_of_a_different_program_is_overwritten_only_with_force(tmp_path: Path) -> None:
+    thesis = tmp_path / "thesis.html"
+    thesis.write_text("years of work")
+    with pytest.raises(
+        RefusedError,
+        match=r"thesis\.html exists and was not written by this command\. .* add --force",
+    ):
+        require_output(thesis)
+    require_output(thesis, force=True)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"made by me" + b"." * 200_000, b"." * 200_000 + b"made by me"]
+)
+def test_files_of_the_same_command_and_empty_files_are_overwritten(
+    tmp_path: Path, content: bytes
+) -> None:
+    (tmp_path / "page.html").write_bytes(content)
+    require_output(tmp_path / "page.html")
+    require_output(tmp_path / "new.html")
+
+
+def test_a_folder_and_a_file_in_a_missing_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RefusedError, match="is a folder"):
+        require_output(tmp_path)
+    with pytest.raises(RefusedError, match="does not exist"):
+        require_output(tmp_path / "nowhere" / "page.html")

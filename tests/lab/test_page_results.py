@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 import baldwinlab as bl
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import CLAIMS_FILE, write_claims

@@ -14,7 +14,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.api.reproduce import select_assays
-from baldwinlab.core.suggestions import list_names
+from baldwinlab.core.names import list_names
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.checks import check_paper
 from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE

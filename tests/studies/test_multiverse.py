@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import reduce
 from pathlib import Path
 
-from baldwinlab.core.patterns import CONDITION_NAME
+from baldwinlab.core.names import CONDITION_NAME
 from baldwinlab.experiment import Experiment, merge
 from baldwinlab.papers.presets import load, paper
 from baldwinlab.studies.creation import create_study

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.core.partial_files import identify_machine
+from baldwinlab.core.file_writing import identify_machine
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import DamagedRecordError, StudyError

@@ -51,8 +51,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     plan_paired_test,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.controls import find_control
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors, find_control
 
 Table = Mapping[Quantity, xr.DataArray]
 

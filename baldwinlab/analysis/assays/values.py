@@ -13,7 +13,7 @@ from typing import Final
 import xarray as xr
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
 
 # Datasets of an assay by condition, and of all assays by name.

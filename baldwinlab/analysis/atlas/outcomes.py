@@ -30,8 +30,8 @@ from baldwinlab.analysis.estimands.traits import (
     select_innate_trait,
     select_learned_distance,
 )
-from baldwinlab.core.measures import measure_runs
 from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.measures import measure_runs
 
 MEASURE_PREFIX: Final = "measure: "
 # Generations in the first and in the last window, of the measured generations.

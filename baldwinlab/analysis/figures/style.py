@@ -38,7 +38,7 @@ from baldwinlab.analysis.palette import (
     SERIES_COLORS,
 )
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.experiment.factors import read_factors
+from baldwinlab.experiment.conditions import read_factors
 
 __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 

@@ -16,9 +16,9 @@ from baldwinlab.analysis.assays.values import Assays, find_learning_conditions, 
 from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.core.measures import first_generation
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.controls import find_control
+from baldwinlab.experiment.conditions import find_control
+from baldwinlab.experiment.measures import first_generation
 
 
 class TimeToLevel(NamedTuple):

@@ -20,7 +20,7 @@ from baldwinlab.analysis.statistics.curve_intervals import (
 )
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.papers.claims import KINDS

@@ -12,7 +12,7 @@ from baldwinlab.analysis.report.content import count_runs, format_range, select_
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import Factors, read_factors
+from baldwinlab.experiment.conditions import Factors, read_factors
 
 # Largest number of conditions that a report lists. For more, it lists the learners and the maps.
 MAX_LISTED_CONDITIONS: Final = 12

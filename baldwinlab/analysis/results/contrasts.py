@@ -14,7 +14,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.results.families import FamilyTest, correct_family
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
-from baldwinlab.experiment.factors import Factors, read_factors
+from baldwinlab.experiment.conditions import Factors, read_factors
 
 COMPARED_MEASURES = ("mean", "best")
 COMPARISON_COLUMNS = (

@@ -18,7 +18,7 @@ from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.false_discovery import q_values
 from baldwinlab.analysis.statistics.proportions import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 
 MATCHED_KINDS: Final = ("yoked", "drift")
 TAKEOFF_FITNESS: Final = 1.0

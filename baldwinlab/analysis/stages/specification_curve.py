@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 
 
 class RankAgreement(NamedTuple):

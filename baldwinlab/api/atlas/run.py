@@ -28,7 +28,7 @@ from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.atlas_design import (

@@ -16,7 +16,7 @@ from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import ExportFormat
 from baldwinlab.api.export.table import KEY_COLUMNS, Column, StudyTable
 from baldwinlab.core.file_writing import atomic_path, write_atomically
-from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
+from baldwinlab.core.files import EXPORT_MARK, require_writable
 from baldwinlab.studies.store import StudyStore
 
 # Ending of the metadata file of a table (CSV on the Web).

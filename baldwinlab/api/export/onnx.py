@@ -16,7 +16,7 @@ from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.api.export.tskit import OPTIONS_OF_RUN, choose_run
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
+from baldwinlab.core.files import EXPORT_MARK, require_writable
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.simulation.reevaluation import make_batch

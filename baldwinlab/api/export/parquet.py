@@ -8,7 +8,7 @@ from typing import Final
 from baldwinlab.api.export.formats import ExportFormat
 from baldwinlab.api.export.table import StudyTable
 from baldwinlab.core.file_writing import atomic_path
-from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
+from baldwinlab.core.files import EXPORT_MARK, require_writable
 from baldwinlab.studies.store import StudyStore
 
 

@@ -8,7 +8,7 @@ from typing import Final
 from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
-from baldwinlab.core.output_paths import require_writable
+from baldwinlab.core.files import require_writable
 from baldwinlab.studies.assays.descent import PHYLOGENY_HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
 

@@ -19,8 +19,7 @@ from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.api.export.table import KEY_COLUMNS, StudyTable
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import is_local, shorten_path
-from baldwinlab.core.output_paths import require_writable
+from baldwinlab.core.files import is_local, require_writable, shorten_path
 from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.store import StudyStore
 

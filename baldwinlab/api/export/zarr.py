@@ -14,10 +14,10 @@ from baldwinlab.api.export.formats import ExportFormat
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
-from baldwinlab.core.output_paths import EXPORT_MARK, enclosing_study
+from baldwinlab.core.files import EXPORT_MARK, enclosing_study
 from baldwinlab.core.resources import require_resources
 from baldwinlab.core.variables import PER_AGENT_DIMS
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.core.files import quote_path
-from baldwinlab.experiment.factors import CONDITIONS, SWEEP
+from baldwinlab.experiment.conditions import CONDITIONS, SWEEP
 from baldwinlab.studies.store import StudyStore
 
 SWEEP_INSTRUCTION: Final = (

@@ -8,10 +8,9 @@ from pathlib import Path
 
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import is_local, quote_path
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_local, is_study, quote_path
 from baldwinlab.experiment import ExperimentError
-from baldwinlab.experiment.factors import CONDITIONS
+from baldwinlab.experiment.conditions import CONDITIONS
 from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
 from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.design import CONFIRMATION_FOLDER

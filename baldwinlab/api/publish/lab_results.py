@@ -26,13 +26,13 @@ from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.run_table import DEFAULT_LAST, record_runs, to_list
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.deferred import xr
-from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
+from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
+from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import (
     combine_outcomes,
     describe_measures,
     name_food_outcome,
 )
-from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError

@@ -10,7 +10,7 @@ from baldwinlab.analysis.report.data import emergence_generations
 from baldwinlab.analysis.report.figures import check_figures
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
+from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper, load_stored_paper
 from baldwinlab.papers.texts import DEFAULT_FIGURES
 from baldwinlab.simulation.memory import estimate_replay, estimate_tables

@@ -18,7 +18,7 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import section
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.core.deferred import xr
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore

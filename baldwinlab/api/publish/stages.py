@@ -18,7 +18,7 @@ from baldwinlab.analysis.stages.specification_curve import (
 )
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_study
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers import Paper
 from baldwinlab.papers.design import (

@@ -10,7 +10,7 @@ from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_value
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
 from baldwinlab.core.deferred import xr
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, name_points
 from baldwinlab.studies.sweeps.file import Sweep, read_sweep

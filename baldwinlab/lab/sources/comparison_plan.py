@@ -16,7 +16,7 @@ import tomlkit
 from baldwinlab.engine.threads import available_cores
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.experiment import validate as read_experiment
-from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources.limits import check_comparison, check_comparison_runs

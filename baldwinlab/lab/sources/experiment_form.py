@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, registry, validate
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources.freezer import require_usable_founders
 from baldwinlab.lab.sources.limits import check_size

@@ -22,14 +22,8 @@ from baldwinlab.api.freezer import encode_agents
 from baldwinlab.api.frozen_genomes import choose_experiment, read_genome_file
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import STUDY_FILE_NAME
-from baldwinlab.core.output_paths import (
-    FREEZE_MARK,
-    enclosing_study,
-    find_name_fault,
-    has_mark,
-    is_study,
-)
+from baldwinlab.core.files import FREEZE_MARK, STUDY_FILE_NAME, enclosing_study, has_mark, is_study
+from baldwinlab.core.names import find_name_fault
 from baldwinlab.evolution import require_founders
 from baldwinlab.evolution.genome_file import describe_layout
 from baldwinlab.experiment import BaseExperiment

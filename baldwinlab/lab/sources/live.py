@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.core.output_paths import find_name_fault
+from baldwinlab.core.names import find_name_fault
 from baldwinlab.experiment import Experiment, validate
+from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_experiment_measures
-from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources.freezer import require_usable_founders
 from baldwinlab.lab.sources.limits import check_size, estimate_memory

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.evolution import Genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.species_measures import list_species_curves
+from baldwinlab.experiment.measures import list_species_curves
 from baldwinlab.lab.sources.limits import count_uninterrupted_steps, estimate_memory
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch

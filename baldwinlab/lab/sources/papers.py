@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources import model_displays, study_access

@@ -8,9 +8,9 @@ from threading import Lock
 from typing import Any
 
 from baldwinlab import papers
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment, Experiment, registry
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources.query import Query, read_text
 from baldwinlab.papers import presets

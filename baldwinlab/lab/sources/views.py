@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.suggestions import did_you_mean
+from baldwinlab.core.names import did_you_mean
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
+from baldwinlab.experiment.measures import first_generation
 from baldwinlab.models import kit
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.lifetimes import (

@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import first_generation
+from baldwinlab.experiment.measures import first_generation
 from baldwinlab.models import kit
 from baldwinlab.models.lattice_walkers.landscape import (
     Fitness,

@@ -14,7 +14,7 @@ from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conflicts import count_worlds
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends.cpu import PopulationView

@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-from baldwinlab.experiment.controls import find_control
+from baldwinlab.experiment.conditions import find_control
 from baldwinlab.studies.assays.assay import Assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run_samples import sample_runs

@@ -20,7 +20,7 @@ import numpy as np
 
 from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.experiment.controls import find_control
+from baldwinlab.experiment.conditions import find_control
 from baldwinlab.simulation.branch import Branch, evolve_genomes
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.assay import (

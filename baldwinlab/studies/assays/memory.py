@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory

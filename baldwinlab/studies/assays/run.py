@@ -17,7 +17,7 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.controls import find_control
+from baldwinlab.experiment.conditions import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments

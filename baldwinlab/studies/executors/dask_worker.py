@@ -17,8 +17,7 @@ import dask.config
 from distributed import Worker, get_worker
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_study, parse_location
 from baldwinlab.engine.cache import engine_hash
 from baldwinlab.models.miniworld.backends.choice import choose_backend
 from baldwinlab.parts.loading import Source, load_text

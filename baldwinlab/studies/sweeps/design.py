@@ -23,7 +23,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.fields import format_faults, to_plain_data
 from baldwinlab.experiment.miniworld_tables import MAX_LIFETIME_STEPS
 from baldwinlab.experiment.paths import short_name

@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.assays.assay import LIFE_KINDS

@@ -25,7 +25,7 @@ from baldwinlab.analysis.estimands.trait_changes_section import (
     QUANTITIES,
     make_section,
 )
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from tests.analysis.estimands.conftest import CONDITIONS, Stored
 
 CONVEX = "stepping/convex"

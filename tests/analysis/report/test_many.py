@@ -18,7 +18,7 @@ from baldwinlab.analysis.report.sections import ReportSummary
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.analysis.report.study import draw_report, write_report
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.claims import Claim
 from tests.analysis.report.browsing import errors_and_width

@@ -36,7 +36,7 @@ from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.numbers import format_number, format_p_value
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import ClaimComparison

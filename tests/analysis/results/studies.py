@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.experiment.factors import Factors, factor_coordinates
+from baldwinlab.experiment.conditions import Factors, factor_coordinates
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.claims import Claim

@@ -14,7 +14,7 @@ from baldwinlab.analysis.results.contrasts import (
     planned_tests,
 )
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from tests.analysis.results.studies import study
 
 HIGH = range(100, 108)

@@ -8,7 +8,7 @@ from scipy import stats
 
 from baldwinlab.analysis.stages.noise_comparison import NoiseComparison, compare_with_noise
 from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 
 NOISE = ("noise", "random")
 GENERATOR = np.random.default_rng(4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.stages.specification_curve import evaluate_specifications
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 
 MEANS = {
     "s1": {"hebb": (9, 3), "crbp": (1, 1), "noise": (2, 4)},

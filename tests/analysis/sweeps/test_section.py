@@ -19,7 +19,7 @@ from baldwinlab.analysis.sweeps.section import (
     summarize_design,
     write_sweep_report,
 )
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.sweeps.made import grid, sample
 

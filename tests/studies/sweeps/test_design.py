@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study

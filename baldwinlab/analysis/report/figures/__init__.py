@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from baldwinlab.analysis.report.content import select_foragers
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.replays import link_conditions
-from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.names import suggest
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.texts import DEFAULT_FIGURES
 

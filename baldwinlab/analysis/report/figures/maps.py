@@ -31,7 +31,7 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.experiment import FoodRegion, World
-from baldwinlab.experiment.factors import read_factors
+from baldwinlab.experiment.conditions import read_factors
 
 # Side of an agent and of an item, in map units.
 BODY_SIDE = 10.0

@@ -27,7 +27,7 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import read_factors
+from baldwinlab.experiment.conditions import read_factors
 from baldwinlab.papers import load
 
 # Height of a network and of the headings, in inches.

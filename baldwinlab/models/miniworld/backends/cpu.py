@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conflicts import count_worlds
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
     list_part_classes,

@@ -20,7 +20,7 @@ import baldwinlab
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conflicts import count_worlds
+from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend

@@ -1,4 +1,4 @@
-"""A study stores its kind and the factors of its conditions. They do not depend on names."""
+"""A study stores the factors of its conditions. A control differs only in having no learning."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import pytest
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
 from baldwinlab.core import console
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.conditions import Factors, find_control
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, make_small_study, shorten_preset
+from tests.worlds import make_small_experiment
 
 PAPER_CONDITIONS = ["evo/A", "evo+self-taught/A", "evo/B"]
 
@@ -106,3 +108,42 @@ def test_custom_conditions_with_names_of_variants_are_not_a_multiverse(tmp_path:
     )
     assert study.kind == "conditions"
     assert study.factors["rank/evo/A"] == Factors("rank/evo/A")
+
+
+def by_name(*experiments: Experiment) -> dict[str, Experiment]:
+    return {experiment.name: experiment for experiment in experiments}
+
+
+def test_the_control_of_a_learner_has_no_learning_rule() -> None:
+    learner = make_small_experiment("evo+self-taught")
+    control = make_small_experiment("evo")
+    assert find_control(learner.name, by_name(control, learner)) == control.name
+
+
+def test_a_condition_with_another_difference_is_no_control() -> None:
+    learner = make_small_experiment("evo+self-taught")
+    control = make_small_experiment("evo")
+    assert find_control(learner.name, by_name(learner)) == ""
+    with_elite = control.replace(evolution={"elite": 1})
+    assert find_control(learner.name, by_name(learner, with_elite)) == ""
+    faster = learner.replace(name="faster", learning={"rate": 0.5})
+    assert find_control(learner.name, by_name(learner, faster)) == ""
+
+
+def test_the_control_of_a_model_is_the_experiment_without_learning() -> None:
+    climbing = load("climbing/rugged")
+    still = climbing.without_learning().replace(name="still")
+    smooth = still.replace(name="smooth", nk_climbers={"k": 0})
+    experiments = by_name(smooth, climbing, still)
+    assert find_control(climbing.name, experiments) == still.name
+    # An experiment without learning that has no copy has no control.
+    assert find_control(still.name, by_name(still, climbing)) == ""
+
+
+def test_the_control_of_a_lamarckian_learner_may_inherit_any_share_of_the_learned_change() -> None:
+    lamarckian = load("lamarckian/deceptive")
+    control = load("genetic-search/deceptive")
+    assert lamarckian.evolution.lamarckian_share != control.evolution.lamarckian_share
+    assert find_control(lamarckian.name, by_name(lamarckian, control)) == control.name
+    with_elite = control.replace(evolution={"elite": 1})
+    assert find_control(lamarckian.name, by_name(lamarckian, with_elite)) == ""

@@ -1,4 +1,4 @@
-"""Temporary files: those of killed writers are removed, and those of living writers stay."""
+"""Files are written atomically. Temporary files of killed writers are removed."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.core.file_writing import atomic_path, write_atomically
-from baldwinlab.core.partial_files import identify_machine, remove_abandoned
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.file_writing import (
+    atomic_path,
+    identify_machine,
+    remove_abandoned,
+    write_atomically,
+)
 
 # The process writes a file or folder, and waits before it is renamed.
 WRITER = """
@@ -156,3 +161,33 @@ def test_without_locks_files_are_written_and_none_is_removed(
         remove_abandoned(tmp_path)
         partial_path.write_text("content")
     assert (tmp_path / "mine").read_text() == "content"
+
+
+def test_a_full_disk_does_not_change_the_old_file_and_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "record"
+    write_atomically(path, b"old")
+
+    def fail_without_space(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail_without_space)
+    for written, folder in ((path, tmp_path), (tmp_path / "folder" / "new", tmp_path / "folder")):
+        with pytest.raises(OSError, match="no space is left in") as raised:
+            write_atomically(written, b"new")
+        assert raised.value.filename == str(written)
+        assert raised.value.strerror == f"no space is left in {folder}"
+        assert raised.value.errno == errno.ENOSPC
+    assert path.read_bytes() == b"old"
+    # No temporary file remains.
+    assert sorted(tmp_path.rglob("*")) == [tmp_path / "folder", path]
+
+
+def test_a_pipe_or_a_device_is_refused_and_remains(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(RefusedError, match=r"pipe is a device or a pipe\. Give the path of a file"):
+        write_atomically(pipe, b"content")
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]

@@ -1,0 +1,92 @@
+"""Names that users give: their forms, names that systems refuse, and suggestions of valid names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Final
+
+CONDITION_NAME: Final = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
+SPECIES_NAME: Final = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*$"
+PAPER_NAME: Final = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+GRID_NAME: Final = "^[a-z]+$"
+MAP_NAME: Final = "^[a-z-]+$"
+ATLAS_CLAIM: Final = r"^X\d+$"
+SHA256: Final = "^([0-9a-f]{64})?$"
+
+_RULES: Final = {
+    CONDITION_NAME: (
+        "must be letters, digits, + _ . and -, with / between parts that begin with a letter or a "
+        "digit"
+    ),
+    SPECIES_NAME: "must be letters, digits, + _ . and -, and begin with a letter or a digit",
+    PAPER_NAME: "must be letters, digits, _ . and -, and begin with a letter or a digit",
+    GRID_NAME: "must be letters from a to z",
+    MAP_NAME: "must be letters from a to z, and -",
+    ATLAS_CLAIM: "must be X and a number, such as X1",
+    SHA256: "must be 64 hexadecimal digits, or empty",
+}
+
+
+def describe_pattern(pattern: str, description: str = "") -> str:
+    """Return the rule of a pattern in words.
+
+    `description`: the description of the setting, which explains a pattern that this module does
+    not have.
+    """
+    unknown_rule = "has another form than this setting allows"
+    return _RULES.get(pattern, f"{unknown_rule}: {description}" if description else unknown_rule)
+
+
+# Windows reserves these names, also with an ending, for devices.
+DEVICE_NAMES: Final = frozenset(
+    {"con", "prn", "aux", "nul"}
+    | {f"{port}{number}" for port in ("com", "lpt") for number in range(10)}
+)
+
+
+def find_name_fault(name: str) -> str:
+    """Return why a name cannot be a file on every operating system, or ""."""
+    for folder in name.split("/"):
+        if folder.partition(".")[0].casefold() in DEVICE_NAMES:
+            return f"Windows reserves {folder!r} for a device"
+        if folder.endswith((".", " ")):
+            return f"Windows removes the dot or space at the end of {folder!r}"
+    return ""
+
+
+def find_case_collision(names: Iterable[str]) -> tuple[str, str] | None:
+    """Return two names that are one file on macOS and Windows, which ignore case; None if none."""
+    name_by_folded: dict[str, str] = {}
+    for name in names:
+        first_name = name_by_folded.setdefault(name.casefold(), name)
+        if first_name != name:
+            return first_name, name
+    return None
+
+
+# Maximum number of valid names that an error lists completely.
+MAX_LISTED: Final = 20
+# Number of similar names that an error lists otherwise.
+MAX_SIMILAR: Final = 5
+
+
+def suggest(name: str, valid_names: Iterable[str]) -> str:
+    """Return the end of an error message: ` (did you mean 'x'?); there are x, y`."""
+    names = list(valid_names)
+    return f"{did_you_mean(name, names)}; {list_names(name, names)}"
+
+
+def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
+    """Return ` (did you mean 'x'?)` for the most similar valid name, or ""."""
+    similar = get_close_matches(name, list(valid_names), n=1)
+    return f" (did you mean {similar[0]!r}?)" if similar else ""
+
+
+def list_names(name: str, valid_names: Iterable[str]) -> str:
+    """Return `there are x, y`; for more than `MAX_LISTED` names, the most similar names."""
+    names = list(dict.fromkeys(valid_names))
+    if len(names) <= MAX_LISTED:
+        return f"there are {', '.join(names)}" if names else "there are none"
+    similar = get_close_matches(name, names, n=MAX_SIMILAR, cutoff=0)
+    return f"the most similar of {len(names)} names are {', '.join(similar)}"
