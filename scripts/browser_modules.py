@@ -19,16 +19,13 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
 def main() -> None:
     MODULES_FOLDER.mkdir(exist_ok=True)
     experiments = shipped_experiments()
-    for (name, experiment), module in zip(
-        experiments.items(), compile_modules(experiments.values()), strict=True
-    ):
-        (MODULES_FOLDER / f"{name}.wasm").write_bytes(module)
-        print(f"{name}: {len(module):,} bytes, made of {module_hash(experiment)}")
-    version = ".".join(platform.python_version_tuple()[:2])
     marks = {name: module_hash(experiment) for name, experiment in experiments.items()}
-    FINGERPRINTS.write_text(
-        json.dumps({"python": version, "marks": marks}, indent=2) + "\n", "utf-8"
-    )
+    for name, module in zip(experiments, compile_modules(experiments.values()), strict=True):
+        (MODULES_FOLDER / f"{name}.wasm").write_bytes(module)
+        print(f"{name}: {len(module):,} bytes, made of {marks[name]}")
+    version = ".".join(platform.python_version_tuple()[:2])
+    fingerprints = {"python": version, "marks": marks}
+    FINGERPRINTS.write_text(json.dumps(fingerprints, indent=2) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

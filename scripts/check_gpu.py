@@ -1,11 +1,10 @@
 """Compare the results of an NVIDIA GPU with the results of the CPU.
 
-    python -m scripts.check_gpu [--speeds]
+    python -m scripts.check_gpu
 
 The script simulates every kind of experiment on both, each kind in a process of its own. Then it
 runs the study of the paper on both, side by side, and compares all record files byte by byte. It
-exits with status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of
-complete generations, without compilation, for several numbers of worlds.
+exits with status 1 if a bit differs.
 """
 
 from __future__ import annotations
@@ -14,8 +13,7 @@ import os
 import shutil
 import sys
 import tempfile
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -35,39 +33,35 @@ from baldwinlab.parts import load_file
 
 PARTS_FOLDER = Path(__file__).parents[1] / "examples" / "parts"
 WORLDS = 40
-SPEED_WORLDS = (30, 180, 2640, 21120)
 AT_THE_FOOD = {"start": {"x": 480, "y": 160, "radius": 70}}
-FOOD = {"x": [400, 560], "y": [80, 240]}
+FOOD: dict[str, Any] = {"x": [400, 560], "y": [80, 240]}
 
 
-def make_experiments() -> Iterator[tuple[str, Experiment]]:
-    """Yield experiments for every path through the engine, with newborns at the food."""
-    for condition in ("evo/A", "evo+self-taught/A", "evo+self-taught/B"):
-        yield condition, load(condition)
-        yield (
-            f"{condition}, at the food",
-            load(condition).replace(world=AT_THE_FOOD),
-        )
-    base = load("evo+self-taught/A").replace(world=AT_THE_FOOD)
-    yield "sequential", base.replace(lifetime={"update": "sequential", "steps": 500})
-    yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
-    yield "100 agents", base.replace(population={"size": 100})
-    yield (
-        "items in cells",
-        base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100}),
-    )
-    yield "no food", base.replace(world={"food": []})
-    yield "square contact", base.replace(contact={"shape": "square"})
+def make_experiments() -> dict[str, Experiment]:
+    """Return experiments for every path through the engine, by title, with newborns at the food."""
     for name in ("social", "poison", "obstacles", "elman"):
         load_file(PARTS_FOLDER / f"{name}.py")
+    experiments = {}
+    for condition in ("evo/A", "evo+self-taught/A", "evo+self-taught/B"):
+        experiments[condition] = load(condition)
+        experiments[f"{condition}, at the food"] = load(condition).replace(world=AT_THE_FOOD)
     walls = {"features": ["poison", "obstacles"], "obstacles": {"x": [470, 490], "y": [100, 220]}}
-    yield "social", base.replace(learning={"rule": "social"})
-    yield "poison and walls", base.replace(world=walls, senses={"kinds": ["food", "poison"]})
-    yield "memory", base.replace(network={"kind": "elman"})
-    yield (
-        "items across the edge",
-        base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]}),
-    )
+    everywhere = {"x": [0, 640], "y": [0, 640], "count": 700}
+    crowd = {"size": 100}
+    changes: dict[str, dict[str, Any]] = {
+        "sequential": {"lifetime": {"update": "sequential", "steps": 500}},
+        "biases, two hidden layers": {"network": {"biases": True, "hidden": [10, 5]}},
+        "100 agents": {"population": crowd},
+        "items in cells": {"world": {"food": [FOOD | {"count": 1000}]}, "population": crowd},
+        "no food": {"world": {"food": []}},
+        "square contact": {"contact": {"shape": "square"}},
+        "social": {"learning": {"rule": "social"}},
+        "poison and walls": {"world": walls, "senses": {"kinds": ["food", "poison"]}},
+        "memory": {"network": {"kind": "elman"}},
+        "items across the edge": {"world": {"food": [everywhere]}},
+    }
+    base = load("evo+self-taught/A").replace(world=AT_THE_FOOD)
+    return experiments | {title: base.replace(**change) for title, change in changes.items()}
 
 
 def draw_genomes(experiment: Experiment, worlds: int) -> np.ndarray:
@@ -92,7 +86,7 @@ def list_differences(experiment: Experiment, worlds: int) -> list[str]:
 
 def compare_kind(title: str, worlds: int, changes: Mapping[str, Any]) -> str:
     """Return how the results of a kind of experiment differ, or an empty text."""
-    experiment = dict(make_experiments())[title].replace(**changes)
+    experiment = make_experiments()[title].replace(**changes)
     # A driver can raise any exception, and the remaining kinds are compared anyway.
     try:
         arrays = list_differences(experiment, worlds)
@@ -124,22 +118,14 @@ def compare_kinds(
 
 def list_different_files(folder: Path, other_folder: Path) -> tuple[list[str], int]:
     """Return the record files that differ or are missing in one folder, and the number of files."""
-    names = sorted(
-        {
-            path.relative_to(root).as_posix()
-            for root in (folder, other_folder)
-            for path in find(root)
-        }
-    )
-    return [name for name in names if read(folder / name) != read(other_folder / name)], len(names)
-
-
-def find(folder: Path) -> Iterable[Path]:
-    return (folder / "runs").rglob("*.nc")
-
-
-def read(path: Path) -> bytes | None:
-    return path.read_bytes() if path.exists() else None
+    contents = [
+        {path.relative_to(root): path.read_bytes() for path in (root / "runs").rglob("*.nc")}
+        for root in (folder, other_folder)
+    ]
+    first, second = contents
+    names = sorted({*first, *second})
+    different = [name.as_posix() for name in names if first.get(name) != second.get(name)]
+    return different, len(names)
 
 
 def run_study(folder: Path, backend: str, options: Mapping[str, Any]) -> None:
@@ -169,31 +155,7 @@ def compare_studies(
     return bool(count) and not different
 
 
-def measure_speed(experiment: Experiment, worlds: int) -> float:
-    """Return agent-steps per second of complete generations, the best of three."""
-    batch = cuda.CudaBatch(experiment, 7, range(worlds))
-    population = draw_genomes(experiment, worlds)
-    seconds = []
-    # The first generation may compile, so it is not counted.
-    for generation in range(4):
-        start_time = time.perf_counter()
-        batch.begin(generation, population)
-        batch.simulate(0, experiment.lifetime.steps)
-        batch.eaten_in_life()
-        seconds.append(time.perf_counter() - start_time)
-    return worlds * experiment.population.size * experiment.lifetime.steps / min(seconds[1:])
-
-
-def print_speeds() -> None:
-    for condition in ("evo/A", "evo+self-taught/A"):
-        for title, world in (("start of the paper", {}), ("start at the food", AT_THE_FOOD)):
-            experiment = load(condition).replace(world=world)
-            for worlds in SPEED_WORLDS:
-                rate = f"{measure_speed(experiment, worlds):.3g} agent-steps/s"
-                print(f"{condition}, {title}: {worlds} worlds: {rate}", flush=True)
-
-
-def main(arguments: Sequence[str]) -> int:
+def main() -> int:
     if problem := cuda.unavailable_reason():
         print(problem)
         return 1
@@ -201,16 +163,11 @@ def main(arguments: Sequence[str]) -> int:
     name = device.decode() if isinstance(device, bytes) else device
     print(f"{name}; {os.cpu_count()} cores; numba {numba.__version__}, numpy {np.__version__}")
     folder = Path(tempfile.mkdtemp(prefix="check-gpu-"))
-    agrees = [
-        compare_kinds([title for title, _ in make_experiments()]),
-        compare_studies(folder, runs=30),
-    ]
+    agrees = [compare_kinds(list(make_experiments())), compare_studies(folder, runs=30)]
     if agrees[1]:
         shutil.rmtree(folder)
-    if "--speeds" in arguments:
-        print_speeds()
     return int(not all(agrees))
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -60,10 +60,8 @@ def _record_life(evolved: Experiment, experiment: Experiment, generation: int) -
 
 def record_needle() -> list[list[list[float]]]:
     """Return the share of ? in the second half of each run [cost][period][run]."""
-    return [
-        [_record_needle_runs(cost, period) for period in scenes.NEEDLE_PERIODS]
-        for cost in scenes.NEEDLE_COSTS
-    ]
+    costs, periods = scenes.NEEDLE_COSTS, scenes.NEEDLE_PERIODS
+    return [[_record_needle_runs(cost, period) for period in periods] for cost in costs]
 
 
 def _record_needle_runs(cost: float, period: int) -> list[float]:
@@ -73,12 +71,9 @@ def _record_needle_runs(cost: float, period: int) -> list[float]:
 
 
 def make_recordings() -> dict[str, Any]:
-    curves = {
-        name: record_curve(experiment)
-        for name, experiment in scenes.make_scenes().items()
-        if name != "map"
-    }
-    curves["forked"] = record_curve(scenes.make_forked_scene())
+    experiments = scenes.make_scenes() | {"forked": scenes.make_forked_scene()}
+    del experiments["map"]
+    curves = {name: record_curve(experiment) for name, experiment in experiments.items()}
     return {"curves": curves, "lives": record_lives(), "needle": record_needle()}
 
 

@@ -56,12 +56,9 @@ def executed(path: Path, folder: Path) -> Any:
     copy = shutil.copy(path, folder)
     notebook = jupytext.read(copy)
     resources = {"metadata": {"path": str(folder)}}
-    return NotebookClient(
-        notebook,
-        timeout=MAX_CELL_SECONDS,
-        resources=resources,
-        config=Config(KernelManager=ENCRYPTION),
-    ).execute()
+    config = Config(KernelManager=ENCRYPTION)
+    client = NotebookClient(notebook, timeout=MAX_CELL_SECONDS, resources=resources, config=config)
+    return client.execute()
 
 
 def page(notebook: Any) -> str:
@@ -79,13 +76,10 @@ def page(notebook: Any) -> str:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
     )
-    title = re.findall(
-        r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE
-    )[0]
-    light, dark = (
-        HtmlFormatter(style=style).get_style_defs(".highlight")
-        for style in (LIGHT_STYLE, DARK_STYLE)
-    )
+    text = "\n".join(cell.source for cell in notebook.cells)
+    title = re.findall(r"^# (.+)$", text, re.MULTILINE)[0]
+    styles = (HtmlFormatter(style=style) for style in (LIGHT_STYLE, DARK_STYLE))
+    light, dark = (style.get_style_defs(".highlight") for style in styles)
     return environment.get_template("notebook.html").render(
         title=title, colors=palette.report_css(), light=light, dark=dark, body=body
     )

@@ -8,14 +8,13 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy.typing as npt
 from docutils import nodes
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import stringify_annotation
@@ -129,9 +128,8 @@ def value_type(node: Mapping[str, Any]) -> str:
     if options:
         return " or ".join(map(value_type, options))
     if "enum" in node or "const" in node:
-        return "one of " + ", ".join(
-            f"`{value}`" for value in node.get("enum", [node.get("const")])
-        )
+        values = node.get("enum", [node.get("const")])
+        return "one of " + ", ".join(f"`{value}`" for value in values)
     limits = [
         f"{sign}\N{NO-BREAK SPACE}{_format_limit(node[limit])}"
         for limit, sign in LIMITS.items()
@@ -160,7 +158,7 @@ def format_parts(kind: str) -> str:
     heads: tuple[str, ...] = (kind, "effect")
     if kind == "model":
         heads = (*heads, "amount of learning")
-        amounts = (_format_learning_amount(part) for part in parts.values())
+        amounts = map(_format_amount, parts.values())
         rows = [(*row, amount) for row, amount in zip(rows, amounts, strict=True)]
     fields = [
         field
@@ -175,12 +173,11 @@ def format_parts(kind: str) -> str:
     ]
     variable_heads = ("model", "variable", "unit", "meaning")
     table = format_table(variable_heads, variable_rows) if variable_rows else ""
-    variables_text = f"\nRecorded variables of these models:\n\n{table}" if table else ""
-    text = f"Setting: `{path}`.\n\n{format_table(heads, rows)}{settings}"
-    return text + variables_text
+    recorded = f"\nRecorded variables of these models:\n\n{table}" if table else ""
+    return f"Setting: `{path}`.\n\n{format_table(heads, rows)}{settings}{recorded}"
 
 
-def _format_learning_amount(model: Any) -> str:
+def _format_amount(model: Any) -> str:
     """Return the setting with the amount of learning, or "" without one."""
     name = model.learning_amount
     return f"`{registry.table_name(model.name)}.{name}`" if name else ""
@@ -204,12 +201,12 @@ def format_variables() -> str:
         ),
     ]
     text = ""
+    heads = ("variable", "dimensions", "type", "unit", "meaning")
     for title, description, table in tables:
         rows = [
             (f"`{name}`", ", ".join(entry.dims), entry.dtype.__name__, entry.unit, entry.meaning)
             for name, entry in table.items()
         ]
-        heads = ("variable", "dimensions", "type", "unit", "meaning")
         text += f"## {title}\n\n{description}\n\n{format_table(heads, rows)}\n"
     order = variables.WEIGHT_ORDER
     return f"{text}## Order of the weights\n\n{order[0].upper()}{order[1:]}.\n"
@@ -236,15 +233,16 @@ class Reference(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Parse the Markdown of the table."""
-        if self.name == "parts":
-            text = format_parts(" ".join(self.content))
-        elif self.name == "variables":
-            text = format_variables()
-        elif self.name == "exports":
-            text = format_exports()
-        else:
-            text = format_fields(list_fields(Experiment))
+        text = TABLES[self.name](" ".join(self.content))
         return self.parse_text_to_nodes(text, allow_section_headings=True)
+
+
+TABLES: Final[Mapping[str, Callable[[str], str]]] = {
+    "exports": lambda _: format_exports(),
+    "parts": format_parts,
+    "settings": lambda _: format_fields(list_fields(Experiment)),
+    "variables": lambda _: format_variables(),
+}
 
 
 def skip_member(
@@ -268,7 +266,10 @@ def shorten_signature(
     if name in RESULT_CLASSES:
         return "", ""
     if inspect.isclass(value) and issubclass(value, BaseModel):
-        return _format_fields_of_class(value.model_fields), ""
+        # The settings have types and defaults.
+        fields = value.model_fields.items()
+        names = [name if field.is_required() else f"{name}=..." for name, field in fields]
+        return f"(*, {', '.join(names)})" if names else "", ""
     if not signature:
         return None
     return _shorten_types(signature), _shorten_types(annotation or "")
@@ -281,12 +282,6 @@ def _shorten_types(text: str) -> str:
     text = re.sub(r"~?[\w.]*\bTypeAliasForwardRef\('(\w+)'\)", r"\1", text)
     text = re.sub(r"\b(?:np|npt|xr)\.", "", text)
     return ARRAY_TYPE.sub(r"~numpy.typing.NDArray[\1]", text)
-
-
-def _format_fields_of_class(fields: Mapping[str, FieldInfo]) -> str:
-    """Return the keyword arguments of a pydantic class. The settings have types and defaults."""
-    names = [name if field.is_required() else f"{name}=..." for name, field in fields.items()]
-    return f"(*, {', '.join(names)})" if names else ""
 
 
 def extend_docstring(
@@ -367,7 +362,7 @@ def write_laboratories(app: Sphinx, error: Exception | None) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the extension with Sphinx."""
-    for name in ("exports", "parts", "settings", "variables"):
+    for name in TABLES:
         app.add_directive(name, Reference)
     app.connect("source-read", extend_page)
     app.connect("autodoc-skip-member", skip_member)

@@ -63,7 +63,7 @@ def test_a_machine_without_a_gpu_gets_one_sentence(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: "no GPU was found")
-    assert check_gpu.main([]) == 1
+    assert check_gpu.main() == 1
     assert capsys.readouterr().out == "no GPU was found\n"
 
 
