@@ -258,33 +258,26 @@ def _fitness_variable(experiment: Any) -> Variable:
     return fitness
 
 
+_PER_STEP = ("step", "agent")
+_ITEM_POSITION = Variable(
+    ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
+)
+_WEIGHTS = Variable(("agent", "module", "weight"), np.float32, "1", "weights at birth")
 TRACE_VARIABLES: Mapping[str, Variable] = {
-    "x": Variable(
-        ("step", "agent"), np.float32, "units of length", "x position when the agent senses"
-    ),
+    "x": Variable(_PER_STEP, np.float32, "units of length", "x position when the agent senses"),
     "y": Variable(
-        ("step", "agent"),
-        np.float32,
-        "units of length",
-        "y position when the agent senses, downward",
+        _PER_STEP, np.float32, "units of length", "y position when the agent senses, downward"
     ),
     "heading": Variable(
-        ("step", "agent"),
+        _PER_STEP,
         np.float32,
         "degrees",
         "heading when the agent senses, clockwise from +x, in [0, 360)",
     ),
-    "item_x": Variable(
-        ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
-    ),
-    "item_y": Variable(
-        ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
-    ),
+    "item_x": _ITEM_POSITION,
+    "item_y": _ITEM_POSITION,
     "sensor": Variable(
-        ("step", "agent", "side"),
-        np.int8,
-        "1",
-        "inputs; for food, 1 if an item is in the sector",
+        ("step", "agent", "side"), np.int8, "1", "inputs; for food, 1 if an item is in the sector"
     ),
     "output": Variable(
         ("step", "agent", "action"),
@@ -292,16 +285,14 @@ TRACE_VARIABLES: Mapping[str, Variable] = {
         "1",
         "outputs of the action module, before learning",
     ),
-    "action": Variable(("step", "agent"), np.int8, "1", "0 left, 1 forward, 2 right"),
-    "eaten": Variable(("step", "agent"), np.int32, "items", "items eaten in this step"),
-    "weight_birth": Variable(("agent", "module", "weight"), np.float32, "1", "weights at birth"),
-    "weight_death": Variable(
-        ("agent", "module", "weight"), np.float32, "1", "weights after the last step"
-    ),
+    "action": Variable(_PER_STEP, np.int8, "1", "0 left, 1 forward, 2 right"),
+    "eaten": Variable(_PER_STEP, np.int32, "items", "items eaten in this step"),
+    "weight_birth": _WEIGHTS,
+    "weight_death": _WEIGHTS._replace(meaning="weights after the last step"),
 }
 
 ALIVE_IN_STEP = Variable(
-    ("step", "agent"),
+    _PER_STEP,
     np.int8,
     "1",
     "1 if the agent is alive at the beginning of the step, else 0, and x and y are NaN",
@@ -364,39 +355,6 @@ def describe_weight_order(experiment: Any) -> str:
         return WEIGHT_ORDER
     names = ", ".join(experiment.gene_names)
     return f"{WEIGHT_ORDER}; the last entries of the first module are the genes of parts: {names}"
-
-
-def as_record(run: xr.Dataset) -> xr.Dataset:
-    """Return a run as a record, without the genomes that are NaN. A record is unchanged."""
-    if "kept_genome" in run:
-        return run
-    is_generation_stored = run.genome.notnull().any(("agent", "module", "weight")).values
-    stored_genomes = run.genome[is_generation_stored].rename(generation="kept_generation")
-    return run.drop_vars("genome").assign(kept_genome=stored_genomes)
-
-
-def as_run(record: xr.Dataset) -> xr.Dataset:
-    """Return a record as a run. The genomes of generations without stored genomes are NaN."""
-    genome = record.kept_genome.rename(kept_generation="generation").reindex(
-        generation=record.generation
-    )
-    return (
-        without_run_arrays(record)
-        .drop_vars(["kept_genome", "kept_generation"])
-        .assign(genome=genome.astype(np.float32))
-    )
-
-
-def without_genomes(record: xr.Dataset) -> xr.Dataset:
-    """Return a record as a run without genomes."""
-    dataset = record.drop_dims("kept_generation").drop_vars(["module", "weight"])
-    return without_run_arrays(dataset)
-
-
-def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
-    """Return a record without the arrays of its run."""
-    names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]
-    return record.drop_vars(names) if names else record
 
 
 def make_dataset(

@@ -1,4 +1,4 @@
-"""The papers of baldwinlab, one folder each, and custom papers in any folder.
+"""The papers of baldwinlab, one folder each, and custom papers in any folder, with their checks.
 
 A study of a paper contains the name of the paper in `study.toml`, and a copy of a custom paper in
 `DIR/paper`. The report can therefore be written again on any machine. A paper is data; baldwinlab
@@ -7,13 +7,18 @@ executes nothing in it.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import PAPER_FILE, read_bytes, require_inside_study
 from baldwinlab.core.names import suggest
-from baldwinlab.papers.checks import check_paper
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.paths import look_up
+from baldwinlab.papers.claims import COMMON_MEASURES, FIRST_GENERATIONS, Claim, ClaimComparison
+from baldwinlab.papers.design import DESIGN_FILE, Design, list_matched_names, read_design
 from baldwinlab.papers.loading import PaperError
 from baldwinlab.papers.paper import CARD_FILE, PRESET_KINDS, Paper, open_paper
 
@@ -23,8 +28,10 @@ __all__ = [
     "Paper",
     "PaperError",
     "built_in",
+    "check_paper",
     "load",
     "load_stored_paper",
+    "require_existing_names",
     "save_copy",
 ]
 
@@ -37,13 +44,10 @@ COPY_FOLDER = "paper"
 def built_in() -> dict[str, Paper]:
     """Return the papers of baldwinlab by name, the default first."""
     folders = [path.parent for path in Path(__file__).parent.glob("*/paper.toml")]
-    papers = sorted((open_paper(folder) for folder in folders), key=_sort_key)
+    papers = sorted(map(open_paper, folders), key=lambda paper: paper.name)
+    # The sort is stable, and False is less than True.
+    papers.sort(key=lambda paper: paper.name != DEFAULT_PAPER)
     return {paper.name: paper for paper in papers}
-
-
-def _sort_key(paper: Paper) -> tuple[bool, str]:
-    """Return a key that is smallest for the default paper. False is less than True."""
-    return paper.name != DEFAULT_PAPER, paper.name
 
 
 def load(paper: str | Path = DEFAULT_PAPER) -> Paper:
@@ -75,12 +79,7 @@ def save_copy(paper: Paper, directory: Path) -> None:
     """
     if built_in().get(paper.name) == paper:
         return
-    patterns = (
-        "*.toml",
-        "README.md",
-        CARD_FILE,
-        *(f"{kind}/*.toml" for kind in PRESET_KINDS),
-    )
+    patterns = ("*.toml", "README.md", CARD_FILE, *(f"{kind}/*.toml" for kind in PRESET_KINDS))
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
         for pattern in patterns
@@ -109,3 +108,129 @@ def load_stored_paper(directory: Path, name: str) -> Paper:
             "this paper"
         )
     return built_in()[paper_name]
+
+
+def check_paper(paper: Paper) -> Paper:
+    """Check all files of a paper and return it. Raises PaperError with the first error."""
+    if not paper.names("conditions"):
+        raise PaperError(
+            f"{paper.folder / 'conditions'} contains no condition: a TOML file with changes of the "
+            "default experiment"
+        )
+    _require_distinct_names(paper)
+    metadata_path = paper.folder / "paper.toml"
+    listed_names = {"conditions": paper.metadata.conditions, "maps": paper.metadata.maps}
+    for kind, names_of_kind in listed_names.items():
+        _require_names(names_of_kind, paper.names(kind), f"{metadata_path}: {kind}")
+    names = paper.experiment_names()
+    experiments = [paper.experiment(name) for name in names]
+    for variant in paper.names("variants"):
+        paper.experiment(names[0], variant)
+    emergence = [paper.metadata.emergence] if paper.metadata.emergence else []
+    _require_names(emergence, names, f"{metadata_path}: emergence")
+    _require_names(paper.metadata.compared, names, f"{metadata_path}: compared")
+    claims_path = paper.folder / "claims.toml"
+    design = read_design(paper)
+    matched_names = []
+    if design:
+        _check_design(paper, design)
+        matched_names = list_matched_names(paper, design)
+    require_existing_names(paper.claims, claims_path, names + matched_names, paper.measures)
+    for claim in paper.claims:
+        for choice in claim.choices:
+            location = f"{claims_path}: {claim.id}, choice {choice.id}"
+            _require_field(choice.field, experiments, location)
+    # Reading the texts checks them.
+    paper.texts  # noqa: B018
+    if paper.card:
+        exercise = paper.card.exercise
+        path = f"{paper.folder / 'card.toml'}: try"
+        _require_names([exercise.preset], names, f"{path} names a preset")
+        for field in exercise.changes:
+            _require_field(field, [paper.experiment(exercise.preset)], path)
+    return paper
+
+
+def _check_design(paper: Paper, design: Design) -> None:
+    """Raise PaperError if the design names a condition or a map that does not exist."""
+    path = paper.folder / DESIGN_FILE
+    conditions = [*paper.names("conditions"), *paper.names("controls")]
+    named = [*design.noise_controls]
+    for grid in design.tuning.grids:
+        named += [*grid.conditions, *filter(None, [grid.target])]
+    _require_names(named, conditions, f"{path} names a condition")
+    for stage in (design.matched_controls, design.specification_curve, design.quick):
+        _require_names(stage.maps, paper.names("maps") or [""], f"{path} names a map")
+
+
+def _require_distinct_names(paper: Paper) -> None:
+    """Raise PaperError if a name in claims or on the command line is ambiguous."""
+    for name in sorted({*paper.names("conditions")} & {*paper.names("controls")}):
+        raise PaperError(
+            f"{paper.folder / 'controls' / name}.toml: {name!r} is also the name of a condition; "
+            "choose another name for the control"
+        )
+    if FIRST_GENERATIONS in paper.experiment_names():
+        raise PaperError(
+            f"{paper.folder}: no condition can be named {FIRST_GENERATIONS!r}, because claims use "
+            "this name for the first generations; rename its file"
+        )
+
+
+def require_existing_names(
+    claims: Sequence[Claim],
+    path: Path,
+    conditions: list[str],
+    measures: Callable[[str], Mapping[str, Any] | None],
+) -> None:
+    """Raise PaperError if a claim names a condition or a measure that does not exist.
+
+    `conditions` are the existing names. `measures` returns the measures that the model of a
+    condition adds to `COMMON_MEASURES`, or None if the model is not loaded.
+    """
+    for claim in claims:
+        _require_names(
+            sorted(claim.conditions), conditions, f"{path}: {claim.id} names a condition"
+        )
+        for comparison in claim.comparisons:
+            for name in sorted(comparison.conditions):
+                model_measures = measures(name)
+                if model_measures is not None:
+                    location = f"{path}: {claim.id}"
+                    _require_measure(comparison, name, model_measures, location)
+
+
+def _require_measure(
+    comparison: ClaimComparison, condition: str, measures: Mapping[str, Any], location: str
+) -> None:
+    """Raise PaperError if the measure of a comparison does not exist or does not fit its rule."""
+    measure = comparison.measure
+    _require_names(
+        [measure], [*COMMON_MEASURES, *measures], f"{location}: a measure of {condition}"
+    )
+    if comparison.rule == "survives_longer" and not measures[measure].censored:
+        raise PaperError(
+            f"{location}: the rule 'survives_longer' needs a measure with censored runs, "
+            f"and {measure!r} of {condition} has none"
+        )
+
+
+def _require_names(names: Iterable[str], existing: list[str], location: str) -> None:
+    for name in names:
+        if name not in existing:
+            raise PaperError(f"{location} {name!r}, which does not exist{suggest(name, existing)}")
+
+
+def _require_field(path: str, experiments: Sequence[Experiment], location: str) -> None:
+    """Raise PaperError if a field is in no experiment.
+
+    The field of a part exists only in experiments that select the part.
+    """
+    faults = []
+    for experiment in experiments:
+        try:
+            look_up(experiment, path)
+        except ExperimentError as error:
+            faults.append(error)
+    if len(faults) == len(experiments):
+        raise PaperError(f"{location}: {faults[0]}")

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -31,23 +31,71 @@ from baldwinlab.core.names import PAPER_NAME, find_name_fault, list_names, sugge
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.conditions import Factors
-from baldwinlab.papers.claims import (
-    Claim,
-    read_claims,
-)
+from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
-from baldwinlab.papers.texts import (
-    DEFAULT_FIGURES,
-    PaperCard,
-    ReportTexts,
-    read_card,
-    read_texts,
-)
 
 PRESET_KINDS = ("conditions", "controls", "maps", "variants")
 CARD_FILE = "card.png"
 # Default variant.
 STANDARD_VARIANT = "standard"
+# Names of figures in this package are not checked: the package `analysis` has the registry.
+DEFAULT_FIGURES: tuple[str, ...] = (
+    "fitness",
+    "species",
+    "final-fitness",
+    "emergence",
+    "networks",
+    "senses",
+    "maps",
+)
+Question = Literal[
+    "gain", "learning", "newborns", "innate", "share", "need", "movement", "cost", "sooner",
+    "guidance", "built-innate", "built-learned", "reinforcement", "action",
+]  # fmt: skip
+
+
+class Inference(DeclaredTable):
+    """Statement of a paper on the Baldwin effect, and the question that makes its comparison."""
+
+    question: Question
+    # One sentence of the report.
+    text: str = Field(alias="says")
+    # Limit of the comparison.
+    limit: str = ""
+
+
+class ReportTexts(DeclaredTable):
+    """Texts of `words.toml`, which a paper adds to its report."""
+
+    # Heading of the report.
+    heading: str = ""
+    # The question that the study answers, as the first line of the report.
+    question: str = ""
+    # Additions to captions that compare a figure with one of the paper.
+    captions: Mapping[str, str] = Field(default_factory=dict)
+    inference: Inference | None = None
+
+
+class Exercise(DeclaredTable):
+    """A live run that shows one fact of the paper."""
+
+    # Instructions, and the expected result.
+    text: str
+    preset: str
+    # Changed settings by path.
+    changes: Mapping[str, Any] = Field(default_factory=dict)
+
+
+class PaperCard(DeclaredTable):
+    """The texts of `card.toml`."""
+
+    # The question of the paper in a few words.
+    question: str
+    # A result to notice.
+    notice: str
+    exercise: Exercise = Field(alias="try")
+    # A question for a further study.
+    extend: str
 
 
 class PaperMetadata(DeclaredTable):
@@ -123,11 +171,14 @@ class Paper:
 
     @cached_property
     def texts(self) -> ReportTexts:
-        return read_texts(self.folder / "words.toml")
+        path = self.folder / "words.toml"
+        tree = read_tables(path) if path.exists() else {}
+        return validate_tables(ReportTexts, tree, path)
 
     @cached_property
     def card(self) -> PaperCard | None:
-        return read_card(self.folder / "card.toml")
+        path = self.folder / "card.toml"
+        return validate_tables(PaperCard, read_tables(path), path) if path.exists() else None
 
     @cached_property
     def _names_by_kind(self) -> dict[str, list[str]]:

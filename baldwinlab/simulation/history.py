@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.core import variables
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.record_batches import select_record
+from baldwinlab.core.records import as_run, select_record
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -275,7 +275,7 @@ class History:
         The dataset is bit-identical to the run of an experiment with this number of generations. It
         shares its arrays with the history: copy it if the simulation continues.
         """
-        return variables.as_run(self.record())
+        return as_run(self.record())
 
     def record(self) -> xr.Dataset:
         """Return the run in its stored form, with the variables of `record_variables`."""

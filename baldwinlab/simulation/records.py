@@ -14,7 +14,7 @@ from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.netcdf import LabeledArray, encode_arrays
-from baldwinlab.core.record_batches import (
+from baldwinlab.core.records import (
     BATCH_VARIABLES,
     KEPT_GENERATIONS,
     RUN_DIM,
@@ -60,7 +60,7 @@ class RecordedRun(Protocol):
 
 
 class RecordBatch(NamedTuple):
-    """Records of several histories as one set of arrays: see `core.record_batches`."""
+    """Records of several histories as one set of arrays: see `core.records`."""
 
     # The variables of `record_variables` by name, with the additional first dimension `run`.
     data: dict[str, LabeledArray]

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.variables import as_record
+from baldwinlab.core.records import as_record
 from baldwinlab.evolution import (
     Fitness,
     GenerationKey,

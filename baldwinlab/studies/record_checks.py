@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM
+from baldwinlab.core.records import KEPT_GENERATIONS, RUN_DIM
 from baldwinlab.core.variables import (
     COMMON_RECORD_VARIABLES,
     GENERATION_COUNT,

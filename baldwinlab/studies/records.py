@@ -1,7 +1,7 @@
 """Records of runs: reading, verification and writing of the files of a study.
 
 A file of records is a netCDF file (version 3) with a checksum. It holds one run, or a batch of runs
-(`core.record_batches`). The condition, seed, runs and experiment in a file must match its path and
+(`core.records`). The condition, seed, runs and experiment in a file must match its path and
 its study.
 """
 
@@ -24,8 +24,7 @@ from baldwinlab.core.netcdf import (
     to_bytes,
     verify_checksum,
 )
-from baldwinlab.core.record_batches import select_attributes, select_record
-from baldwinlab.core.variables import as_record
+from baldwinlab.core.records import as_record, select_attributes, select_record
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.simulation.memory import record_bytes
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths, require_content

@@ -45,7 +45,7 @@ from baldwinlab.core.files import (
     shorten_path,
 )
 from baldwinlab.core.names import suggest
-from baldwinlab.core.variables import as_run, without_genomes
+from baldwinlab.core.records import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.variables import as_run
+from baldwinlab.core.records import as_run
 from baldwinlab.engine import poison
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution import GenerationKey, fitness

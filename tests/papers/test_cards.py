@@ -9,7 +9,7 @@ import pytest
 from baldwinlab import papers
 from baldwinlab.experiment import assign
 from baldwinlab.lab.sources.limits import check_size
-from baldwinlab.papers.checks import check_paper
+from baldwinlab.papers import check_paper
 from baldwinlab.papers.loading import PaperError
 from tests.papers.test_papers import write_paper
 

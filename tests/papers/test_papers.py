@@ -15,11 +15,9 @@ from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.api.reproduce import select_assays
 from baldwinlab.core.names import list_names
-from baldwinlab.papers import PaperError, presets
-from baldwinlab.papers.checks import check_paper
+from baldwinlab.papers import PaperError, check_paper, presets
 from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE
-from baldwinlab.papers.paper import PRESET_KINDS
-from baldwinlab.papers.texts import Inference
+from baldwinlab.papers.paper import PRESET_KINDS, Inference
 from baldwinlab.studies.assays.catalog import list_default_assays
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command

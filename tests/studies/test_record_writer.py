@@ -13,7 +13,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.core.netcdf import from_bytes, to_bytes
-from baldwinlab.core.record_batches import select_record
+from baldwinlab.core.records import select_record
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.history import History

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 from baldwinlab.core.netcdf import from_bytes, to_bytes
-from baldwinlab.core.variables import as_run
+from baldwinlab.core.records import as_run
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.creation import create_study

@@ -36,7 +36,7 @@ from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.experiment.outcome import name_food_outcome
-from baldwinlab.papers.texts import Inference
+from baldwinlab.papers.paper import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
 PHASE_TITLES: Final = {

@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResul
 from baldwinlab.analysis.assays.phrases import Terms
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
-from baldwinlab.papers.texts import Inference
+from baldwinlab.papers.paper import Inference
 
 # Signs of a difference.
 MORE: Final = "more"

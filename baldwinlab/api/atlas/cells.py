@@ -15,7 +15,7 @@ import numpy as np
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.record_batches import select_record
+from baldwinlab.core.records import select_record
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.backends.choice import Backend

@@ -21,7 +21,8 @@ from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import require_library
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.files import EXPORT_MARK
-from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS, without_genomes
+from baldwinlab.core.records import without_genomes
+from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
 from baldwinlab.experiment.conditions import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path

@@ -12,7 +12,7 @@ from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper, load_stored_paper
-from baldwinlab.papers.texts import DEFAULT_FIGURES
+from baldwinlab.papers.paper import DEFAULT_FIGURES
 from baldwinlab.simulation.memory import estimate_replay, estimate_tables
 from baldwinlab.studies.store import StudyStore
 

@@ -12,7 +12,7 @@ import pytest
 from baldwinlab import papers
 from baldwinlab.analysis.report.figures import check_figures, list_figures, load_figure
 from baldwinlab.papers import PaperError
-from baldwinlab.papers.texts import DEFAULT_FIGURES
+from baldwinlab.papers.paper import DEFAULT_FIGURES
 
 
 def test_each_module_declares_the_figure_with_its_name() -> None:

@@ -15,7 +15,7 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.replays import link_conditions
 from baldwinlab.core.names import suggest
 from baldwinlab.papers import Paper, PaperError
-from baldwinlab.papers.texts import DEFAULT_FIGURES
+from baldwinlab.papers.paper import DEFAULT_FIGURES
 
 if TYPE_CHECKING:
     from baldwinlab.analysis.report.embedding import ReportFigure

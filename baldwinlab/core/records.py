@@ -1,8 +1,10 @@
-"""Batches of records: the records of several runs of a condition in one dataset.
+"""Records of runs: their conversion to runs, and batches of records.
 
-Every variable of a record has the additional first dimension `run` in a batch. The attributes and
-the labels of agents, parents, modules and weights are shared. Runs can differ in their numbers of
-generations: shorter runs are padded, and these variables state the valid part:
+A record is a run with the genomes of only some generations. A batch has the records of several runs
+of a condition in one dataset. Every variable of a record has the additional first dimension `run`
+in a batch. The attributes and the labels of agents, parents, modules and weights are shared. Runs
+can differ in their numbers of generations: shorter runs are padded, and these variables state the
+valid part:
 
     n_generations(run)                       number of simulated generations
     kept_generations(run, kept_generation)   generations with stored genomes, padded with -1
@@ -16,8 +18,10 @@ import re
 from collections.abc import Hashable, Mapping
 from typing import Any, Final
 
+import numpy as np
+
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.core.variables import GENERATION_COUNT, RUN_ARRAY_PREFIX, STOP_ATTRIBUTE
 
 RUN_DIM: Final = "run"
 KEPT_GENERATIONS: Final = "kept_generations"
@@ -25,6 +29,39 @@ KEPT_GENERATIONS: Final = "kept_generations"
 BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
 # The number of generations in the TOML text of an experiment.
 _GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )\d+", re.M | re.S)
+
+
+def as_record(run: xr.Dataset) -> xr.Dataset:
+    """Return a run as a record, without the genomes that are NaN. A record is unchanged."""
+    if "kept_genome" in run:
+        return run
+    is_generation_stored = run.genome.notnull().any(("agent", "module", "weight")).values
+    stored_genomes = run.genome[is_generation_stored].rename(generation="kept_generation")
+    return run.drop_vars("genome").assign(kept_genome=stored_genomes)
+
+
+def as_run(record: xr.Dataset) -> xr.Dataset:
+    """Return a record as a run. The genomes of generations without stored genomes are NaN."""
+    genome = record.kept_genome.rename(kept_generation="generation").reindex(
+        generation=record.generation
+    )
+    return (
+        without_run_arrays(record)
+        .drop_vars(["kept_genome", "kept_generation"])
+        .assign(genome=genome.astype(np.float32))
+    )
+
+
+def without_genomes(record: xr.Dataset) -> xr.Dataset:
+    """Return a record as a run without genomes."""
+    dataset = record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+    return without_run_arrays(dataset)
+
+
+def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
+    """Return a record without the arrays of its run."""
+    names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]
+    return record.drop_vars(names) if names else record
 
 
 def replace_generations(text: str, n_generations: int) -> str:
