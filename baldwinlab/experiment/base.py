@@ -34,6 +34,7 @@ from baldwinlab.experiment.class_builder import (
 from baldwinlab.experiment.fields import (
     ExperimentError,
     HashedFields,
+    format_html,
     format_validation_error,
     merge,
     refuse_fields,
@@ -41,7 +42,6 @@ from baldwinlab.experiment.fields import (
     to_plain_data,
 )
 from baldwinlab.experiment.file import find_paths, remember_path
-from baldwinlab.experiment.html import format_html
 from baldwinlab.experiment.measures import SPECIES_MEASURES, Measure
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.schedule import (
@@ -132,9 +132,8 @@ class BaseExperiment(HashedFields):
     def segments(self) -> list[tuple[range, Self]]:
         """Return the generations with equal settings, and the experiment of each such segment."""
         generations = self.evolution.generations
-        changed_at = {0, *(change.generation for change in self.schedule)}
-        starts = sorted(start for start in changed_at if start < generations)
-        bounds = [*starts, generations]
+        starts = {0, *(change.generation for change in self.schedule)}
+        bounds = [*sorted(start for start in starts if start < generations), generations]
         return [(range(start, end), self.at(start)) for start, end in pairwise(bounds)]
 
     def species_experiments(self) -> tuple[Self, ...]:
@@ -264,11 +263,10 @@ class BaseExperiment(HashedFields):
         """Return the experiment without learning during life, so that fitness is innate."""
         key = table_name(self.model)
         innate_model = to_plain_data(self.model_part.without_learning())
+        members = zip(self.population.species, self.species_experiments(), strict=True)
         species = [
             entry.to_tables() | {key: to_plain_data(member.model_part.without_learning())}
-            for entry, member in zip(
-                self.population.species, self.species_experiments(), strict=True
-            )
+            for entry, member in members
         ]
         changes: dict[str, Any] = {"population": {"species": species}} if species else {}
         return self.replace(**{key: innate_model}, **changes)
@@ -288,10 +286,8 @@ class BaseExperiment(HashedFields):
         elif selection.genes:
             reason = "has genes, which 'neutral' does not have"
         if reason:
-            raise ExperimentError(
-                f"evolution.selection = {self.evolution.selection!r} {reason}: there is no neutral "
-                "control"
-            )
+            setting = f"evolution.selection = {self.evolution.selection!r}"
+            raise ExperimentError(f"{setting} {reason}: there is no neutral control")
         random_parents = {"selection": "neutral"}
         species = change_tables(self.population.species, "evolution", random_parents)
         return self.replace(evolution=random_parents, **species)
@@ -398,7 +394,6 @@ def _restore(
         origin.load()
     for sha256, path in paths_of_files.items():
         remember_path(sha256, parse_location(path))
-    # Tables of parts that are not loaded stay plain data.
     return validate(tree, lenient=True)
 
 
@@ -411,7 +406,7 @@ def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
         )
     experiment_class = _find_experiment_class(tree, lenient)
     try:
-        experiment = experiment_class.model_validate(tree, context={"lenient": lenient})
+        return experiment_class.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
         if lenient:
             # The loaded part may be another part of the same name, so its table stays plain data.
@@ -420,7 +415,6 @@ def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
                 with suppress(ValidationError):
                     return plain_class.model_validate(tree, context={"lenient": True})
         raise ExperimentError(format_validation_error(error, experiment_class)) from None
-    return experiment
 
 
 def _find_experiment_class(

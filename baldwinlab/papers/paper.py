@@ -245,18 +245,14 @@ class Paper:
         Raises ExperimentError for an unknown name, and PaperError if the files of the name describe
         no valid experiment.
         """
-        condition = name
-        map_name = ""
-        is_complete = True
+        if self.lacks_map(name):
+            raise self.missing_map_error(name)
+        condition, map_name = name, ""
         if self.names("maps"):
             condition, slash, map_name = name.rpartition("/")
-            is_complete = bool(slash)
-        if not is_complete:
-            if self.lacks_map(name):
-                raise self.missing_map_error(name)
-            raise ExperimentError(
-                f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
-            )
+            if not slash:
+                names = self.experiment_names()
+                raise ExperimentError(f"there is no preset {name!r}{suggest(name, names)}")
         kind = "controls" if condition in self.names("controls") else "conditions"
         # A later preset replaces settings of an earlier one.
         presets = [(kind, condition)]

@@ -1,4 +1,4 @@
-"""The HTML representation of experiments in notebooks."""
+"""A notebook shows the settings of an experiment as HTML tables."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import tomllib
 from typing import Any
 
 from baldwinlab.experiment import BaseExperiment, validate
-from baldwinlab.experiment.html import format_html, iterate_rows
+from baldwinlab.experiment.fields import iterate_rows
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
 
@@ -43,6 +43,7 @@ def test_changed_fields_are_listed_first_and_bold() -> None:
     # The title shows name and model.
     n_fields = len([*iterate_rows(experiment)]) - 2
     for text in (
+        "<strong>evo/A</strong>, an experiment of the model miniworld",
         f"4 of its {n_fields} fields differ",
         "<code>lifetime.steps</code>",
         "<strong>200</strong>",
@@ -78,9 +79,3 @@ def test_an_experiment_with_a_missing_part_is_shown_with_its_values() -> None:
     assert "<script>" not in page
     assert "&lt;b&gt;mine" in page
     assert "pace" in page
-
-
-def test_every_experiment_has_an_html_representation() -> None:
-    for name in ("evo/A", "guessing"):
-        experiment = load(name)
-        assert experiment._repr_html_() == format_html(experiment, name, experiment.model)
