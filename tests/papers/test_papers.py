@@ -145,129 +145,82 @@ def test_a_paper_can_have_no_maps_and_no_claims(
 
 
 GREATER, SAME = 'rule = "greater"\npaper', 'a = "taught/near", b = "plain/near"'
-BOUND = "claims.toml: claims.1.comparisons.0.bound: true and false are not allowed here"
-# A file, a text of it or "" for its end, the new text, and the message.
-INVALID = [
-    ("paper", PAPER, "name = ", "{}/paper.toml is not TOML: Invalid value (at end of document)"),
-    ("paper", "year = 2026\n", "", "{}/paper.toml: year is missing"),
-    ("paper", "", "pages = 8\n", "{}/paper.toml: pages: there is no such key"),
-    (
-        *("paper", "", 'maps = ["nera"]\n'),
-        "{}/paper.toml: maps 'nera', which does not exist (did you mean 'near'?)",
-    ),
-    (
-        *("paper", "", 'emergence = "taught"\n'),
-        "{}/paper.toml: emergence 'taught', which does not exist",
-    ),
-    (
-        *("paper", '"tiny"', '"le-2019"'),
-        "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab",
-    ),
-    (
-        *("paper", '"tiny"', '"a tiny paper"'),
-        "{}/paper.toml: name = 'a tiny paper': must be letters, digits, _ . and -, and begin",
-    ),
-    (
-        *("paper", '"tiny"', '"con"'),
-        "{}/paper.toml: name: 'con' cannot be the name of a paper: Windows reserves 'con'",
-    ),
-    ("plain", PLAIN, "[learning]\n", "{}/conditions/plain.toml: description is missing"),
-    ("near", NEAR, 'name = "far"\n' + NEAR, "{}/maps/near.toml: name: a preset has no such key"),
-    (
-        *("plain", "", "speed = 3\n"),
-        "conditions/plain.toml with maps/near.toml with variants/standard.toml: learning.speed",
-    ),
-    (
-        *("standard", "", "rate = 3\n"),
-        "variants/standard.toml: evolution.rate: there is no such field",
-    ),
-    (
-        *("claims", "taught/near", "taugt/near"),
-        "T1 names a condition 'taugt/near', which does not exist",
-    ),
-    (
-        *("claims", '"mean"', '"weight"'),
-        "claims.toml: T1: a measure of plain/near 'weight', which does not exist; "
-        "there are best, mean, share, most",
-    ),
-    (
-        "claims",
-        GREATER,
-        'rule = "wins"\npaper',
-        "claims.0.rule: 'wins' is not a rule; allowed are greater, lower,",
-    ),
-    ("claims", GREATER, "paper", "claims.0.comparisons.0.rule is missing"),
-    ("claims", ", bound = 0.01", "", "comparisons.0: the rule 'at_least' needs a bound"),
-    (
-        *("claims", 'rule = "at_least"', 'rule = "within"'),
-        "comparisons.0: the rule 'within' needs a bound of two numbers, the lower first, and no b",
-    ),
-    (
-        *("claims", "bound = 0.01", 'rule = "mean_within", bound = [0.9, 0.1]'),
-        "comparisons.0: the rule 'mean_within' needs a bound of two numbers, "
-        "the lower first, and no b",
-    ),
-    (
-        *("claims", "bound = 0.01", "paired = true, bound = 0.01"),
-        "comparisons.0: paired runs need a and b",
-    ),
-    (
-        *("claims", GREATER, 'rule = "survives_longer"\npaper'),
-        "the rule 'survives_longer' needs a and b, a measure of the model, "
-        "and runs that are not paired",
-    ),
-    ("claims", '["T1"]', '["T9"]', "claims.0.choices: there is no choice 'T9'; there are T1"),
-    ("claims", '"senses.v', '"sense.v', "choice T1: sense.visual_radius: there is no 'sense'"),
-    ("claims", '"T2"', '"T1"', "claims.toml: two claims have the id 'T1'"),
-    ("claims", CLAIMS, "claims = 3\n", "claims.toml: claims = 3: input should be a list"),
-    (
-        *("paper", "", 'conditions = ["plain", "plain"]\n'),
-        "{}/paper.toml: conditions: 'plain' is listed twice; list each name once",
-    ),
-    (
-        *("paper", "2026\ncitation", "true\ncitation"),
-        "{}/paper.toml: year: true and false are not allowed here",
-    ),
-    (
-        *("paper", "runs = 2", "runs = true"),
-        "{}/paper.toml: runs: true and false are not allowed here",
-    ),
-    (
-        *("paper", "runs = 2", "runs = 99999999999999999999"),
-        "{}/paper.toml: runs = 99999999999999999999: "
-        "input should be less than or equal to 2147483648",
-    ),
-    (
-        *("paper", "2026\ncitation", "20260\ncitation"),
-        "{}/paper.toml: year = 20260: input should be less than or equal to 9999",
-    ),
-    (
-        *("paper", "", 'link = "javascript:alert(1)"\n'),
-        "{}/paper.toml: link: 'javascript:alert(1)' must be an address "
-        "that begins with http:// or https://",
-    ),
-    ("claims", "bound = 0.01", "bound = true", BOUND),
-    ("claims", "bound = 0.01", "bound = [0.1, true]", BOUND),
-    (
-        *("claims", 'measure = "mean" }', 'measure = "mean", bound = 3.0 }'),
-        "claims.toml: claims.0.comparisons.0: the rule 'greater' uses no bound; "
-        "leave bound out, or take one of close",
-    ),
-    (
-        *("claims", 'b = "plain/near"', 'b = "taught/near"'),
-        "claims.toml: claims.0.comparisons.0: a and b are the same condition, 'taught/near'; "
-        "b must be another",
-    ),
-    (
-        *("claims", SAME, 'a = "first", b = "plain/near"'),
-        "claims.toml: claims.0.comparisons.0.a: 'first' is allowed for b only; "
-        "a must name a condition",
-    ),
-    (
-        *("claims", SAME, 'a = "", b = "plain/near"'),
-        "claims.toml: claims.0.comparisons.0.a = '': string should have at least 1 character",
-    ),
-]
+NO_TRUTH_VALUE = "true and false are not allowed here"
+NO_FIELD = "there is no such field"
+# By file: a text of it or "" for its end, the new text, and the message without the file.
+INVALID = {
+    "paper.toml": [
+        ("year = 2026\n", "", "year is missing"),
+        ("", "pages = 8\n", "pages: there is no such key"),
+        ("", 'maps = ["nera"]\n', "maps 'nera', which does not exist (did you mean 'near'?)"),
+        ("", 'emergence = "taught"\n', "emergence 'taught', which does not exist"),
+        ('"tiny"', '"le-2019"', "name 'le-2019' is that of a paper of baldwinlab"),
+        ('"tiny"', '"a tiny paper"', "name = 'a tiny paper': must be letters, digits, _ . and -,"),
+        ('"tiny"', '"con"', "name: 'con' cannot be the name of a paper: Windows reserves 'con'"),
+        ("", 'conditions = ["plain", "plain"]\n', "conditions: 'plain' is listed twice; list each"),
+        ("2026\ncitation", "true\ncitation", f"year: {NO_TRUTH_VALUE}"),
+        ("runs = 2", "runs = true", f"runs: {NO_TRUTH_VALUE}"),
+        ("runs = 2", f"runs = {10**20}", f"runs = {10**20}: input should be less than or equal to"),
+        (
+            "2026\ncitation",
+            "20260\ncitation",
+            "year = 20260: input should be less than or equal to",
+        ),
+        ("", 'link = "javascript:alert(1)"\n', "link: 'javascript:alert(1)' must be an address"),
+    ],
+    "conditions/plain.toml": [(PLAIN, "[learning]\n", "description is missing")],
+    "maps/near.toml": [(NEAR, 'name = "far"\n' + NEAR, "name: a preset has no such key")],
+    "claims.toml": [
+        ("taught/near", "taugt/near", "T1 names a condition 'taugt/near', which does not exist"),
+        ('"mean"', '"weight"', "T1: a measure of plain/near 'weight', which does not exist"),
+        (GREATER, 'rule = "wins"\npaper', "claims.0.rule: 'wins' is not a rule; allowed are great"),
+        (GREATER, "paper", "claims.0.comparisons.0.rule is missing"),
+        (", bound = 0.01", "", "claims.1.comparisons.0: the rule 'at_least' needs a bound"),
+        (
+            *('rule = "at_least"', 'rule = "within"'),
+            "claims.1.comparisons.0: the rule 'within' needs a bound of two numbers, the lower "
+            "first, and no b",
+        ),
+        (
+            *("bound = 0.01", 'rule = "mean_within", bound = [0.9, 0.1]'),
+            "claims.1.comparisons.0: the rule 'mean_within' needs a bound of two numbers",
+        ),
+        (
+            *("bound = 0.01", "paired = true, bound = 0.01"),
+            "claims.1.comparisons.0: paired runs need a and b",
+        ),
+        (
+            *(GREATER, 'rule = "survives_longer"\npaper'),
+            "claims.0.comparisons.0: the rule 'survives_longer' needs a and b, a measure of the "
+            "model, and runs that are not paired",
+        ),
+        ('["T1"]', '["T9"]', "claims.0.choices: there is no choice 'T9'; there are T1"),
+        ('"senses.v', '"sense.v', "T1, choice T1: sense.visual_radius: there is no 'sense'"),
+        ('"T2"', '"T1"', "two claims have the id 'T1'"),
+        (CLAIMS, "claims = 3\n", "claims = 3: input should be a list"),
+        *(
+            ("bound = 0.01", f"bound = {bound}", f"claims.1.comparisons.0.bound: {NO_TRUTH_VALUE}")
+            for bound in ("true", "[0.1, true]")
+        ),
+        (
+            *('measure = "mean" }', 'measure = "mean", bound = 3.0 }'),
+            "claims.0.comparisons.0: the rule 'greater' uses no bound; leave bound out, or take "
+            "one of close",
+        ),
+        (
+            *('b = "plain/near"', 'b = "taught/near"'),
+            "claims.0.comparisons.0: a and b are the same condition, 'taught/near'",
+        ),
+        (
+            *(SAME, 'a = "first", b = "plain/near"'),
+            "claims.0.comparisons.0.a: 'first' is allowed for b only; a must name a condition",
+        ),
+        (
+            *(SAME, 'a = "", b = "plain/near"'),
+            "claims.0.comparisons.0.a = '': string should have at least 1 character",
+        ),
+    ],
+}
 
 
 def require_refusal(paper_folder: Path, message: str) -> None:
@@ -277,25 +230,50 @@ def require_refusal(paper_folder: Path, message: str) -> None:
     assert len(str(refusal.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize(("name", "old", "new", "message"), INVALID)
-def test_an_invalid_paper_is_refused_in_one_sentence(
-    tmp_path: Path, name: str, old: str, new: str, message: str
-) -> None:
-    (text,) = (text for file, text in FILES.items() if Path(file).stem == name)
+def write_changed_paper(paper_folder: Path, file: str, old: str, new: str) -> Path:
+    text = FILES[file]
     assert old in text
     changed = text.replace(old, new) if old else text + new
-    require_refusal(write_paper(tmp_path / "tiny", **{name: changed}), message)
+    return write_paper(paper_folder, **{Path(file).stem: changed})
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [(file, *change) for file, changes in INVALID.items() for change in changes],
+)
+def test_an_invalid_paper_is_refused_in_one_sentence(
+    tmp_path: Path, file: str, old: str, new: str, message: str
+) -> None:
+    folder = write_changed_paper(tmp_path / "tiny", file, old, new)
+    require_refusal(folder, f"{{}}/{file}: {message}")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("paper.toml", PAPER, "name = ", "{}/paper.toml is not TOML: Invalid value (at end of"),
+        (
+            *("conditions/plain.toml", "", "speed = 3\n"),
+            "{}: conditions/plain.toml with maps/near.toml with variants/standard.toml: "
+            f"learning.speed: {NO_FIELD}",
+        ),
+        (
+            *("variants/standard.toml", "", "rate = 3\n"),
+            f"with variants/standard.toml: evolution.rate: {NO_FIELD}",
+        ),
+    ],
+)
+def test_an_invalid_file_of_several_is_named(
+    tmp_path: Path, file: str, old: str, new: str, message: str
+) -> None:
+    require_refusal(write_changed_paper(tmp_path / "tiny", file, old, new), message)
 
 
 @pytest.mark.parametrize(
     ("without", "message"),
     [
         ("paper", "there is no {}/paper.toml"),
-        (
-            "conditions",
-            "{}/conditions contains no condition: "
-            "a TOML file with changes of the default experiment",
-        ),
+        ("conditions", "{}/conditions contains no condition: a TOML file with changes of the"),
     ],
 )
 def test_an_incomplete_paper_is_refused_in_one_sentence(
