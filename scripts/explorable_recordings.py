@@ -71,7 +71,7 @@ def _record_needle_runs(cost: float, period: int) -> list[float]:
 
 
 def make_recordings() -> dict[str, Any]:
-    experiments = scenes.make_scenes() | {"forked": scenes.make_forked_scene()}
+    experiments = {**scenes.make_scenes(), "forked": scenes.make_forked_scene()}
     del experiments["map"]
     curves = {name: record_curve(experiment) for name, experiment in experiments.items()}
     return {"curves": curves, "lives": record_lives(), "needle": record_needle()}

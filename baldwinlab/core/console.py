@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -116,15 +117,11 @@ def progress(
     """
     if console.is_jupyter:
         show = _display_notebook_bar()
-        yield _ProgressReporter(description, total, unit, show=show, interval=BAR_INTERVAL)
+        yield _ProgressReporter(description, total, unit, show, BAR_INTERVAL)
         return
     if not console.is_terminal:
         yield _ProgressReporter(
-            description,
-            total,
-            unit,
-            show=lambda sentence, share: info(sentence),
-            interval=LINE_INTERVAL,
+            description, total, unit, lambda sentence, share: info(sentence), LINE_INTERVAL
         )
         return
     columns = (
@@ -140,43 +137,34 @@ def progress(
         yield lambda amount: bar.advance(task, amount)
 
 
+@dataclass
 class _ProgressReporter:
     """Report progress at most once per interval, and at the end."""
 
-    def __init__(
-        self,
-        description: str,
-        total: int,
-        unit: str,
-        *,
-        show: Callable[[str, float], None],
-        interval: float,
-    ) -> None:
-        """Call `show(sentence, share)` at most every `interval` seconds. `share` is 0 to 1."""
-        self._description = description
-        self._total = total
-        self._unit = unit
-        self._show = show
-        self._interval = interval
-        self._work_done = 0
-        self._started_at = time.monotonic()
-        self._reported_at = self._started_at
+    description: str
+    total: int
+    unit: str
+    # Called with a sentence and the finished share of the work, from 0 to 1.
+    show: Callable[[str, float], None]
+    # Minimum number of seconds between two calls of `show`.
+    interval: float
+    work_done: int = 0
+    started_at: float = field(default_factory=time.monotonic)
+    reported_at: float = field(default_factory=time.monotonic)
 
     def __call__(self, amount: int) -> None:
         """Add a finished amount of work."""
-        self._work_done += amount
+        self.work_done += amount
         now = time.monotonic()
-        is_recently_reported = now - self._reported_at < self._interval
-        if is_recently_reported and self._work_done < self._total:
+        is_recently_reported = now - self.reported_at < self.interval
+        if is_recently_reported and self.work_done < self.total:
             return
-        self._reported_at = now
-        rate = self._work_done / max(now - self._started_at, MIN_RATE_DURATION)
-        seconds_left = (self._total - self._work_done) / rate
-        share = self._work_done / self._total
-        rate_text = _format_rate(rate, self._unit)
-        self._show(
-            f"{self._description}: {share:.0%}, {rate_text}, {seconds_left:.0f} s left", share
-        )
+        self.reported_at = now
+        rate = self.work_done / max(now - self.started_at, MIN_RATE_DURATION)
+        seconds_left = (self.total - self.work_done) / rate
+        share = self.work_done / self.total
+        rate_text = _format_rate(rate, self.unit)
+        self.show(f"{self.description}: {share:.0%}, {rate_text}, {seconds_left:.0f} s left", share)
 
 
 def _display_notebook_bar() -> Callable[[str, float], None]:

@@ -186,8 +186,7 @@ class Claim(DeclaredTable):
     @property
     def of_paper(self) -> bool:
         """Return whether the claim is a statement of a paper, from which a result can differ."""
-        has_value = self.paper_value is not None
-        return bool(self.paper or self.choices) or has_value
+        return bool(self.paper or self.choices or self.paper_value is not None)
 
     @property
     def rule(self) -> str:
