@@ -192,16 +192,14 @@ def _join_columns(arrays: Sequence[npt.NDArray[Any] | None]) -> npt.NDArray[Any]
 
 def _stack_runs(results: Sequence[LifeResults]) -> LifeResults:
     """Return the results of all runs, from those of each run."""
-    learned = [run.learned for run in results if run.learned is not None]
-    eaten = [run.eaten for run in results if run.eaten is not None]
-    positions = [run.position for run in results if run.position is not None]
+
+    def stack(name: str) -> Any:
+        values = [getattr(run, name) for run in results]
+        return None if values[0] is None else np.stack(values)
+
     return LifeResults(
-        energy=np.stack([run.energy for run in results]),
-        cost=np.stack([run.cost for run in results]),
-        learned=np.stack(learned) if learned else None,
+        **{name: stack(name) for name in ("energy", "cost", "learned", "eaten", "position")},
         records={
             name: np.stack([run.records[name] for run in results]) for name in results[0].records
         },
-        eaten=np.stack(eaten),
-        position=np.stack(positions),
     )

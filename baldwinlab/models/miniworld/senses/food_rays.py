@@ -10,13 +10,11 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ZERO
-from baldwinlab.models.miniworld.allocation import N_DIGITS
+from baldwinlab.models.miniworld.allocation import tabulate
 from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.real_valued import measure_rays
 from baldwinlab.models.miniworld.senses.sight import is_within_sight, rotate_to_heading
@@ -53,8 +51,8 @@ class FoodRays(Sense, name="food-rays"):
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent("inputs")}
     derived: ClassVar[Mapping[str, Any]] = {
         "number": kind_number(FOOD),
-        "cosine": lambda part, experiment: _round_each(math.cos, part.ray_degrees),
-        "sine": lambda part, experiment: _round_each(math.sin, part.ray_degrees),
+        "cosine": lambda part, experiment: tabulate(math.cos, part.ray_degrees),
+        "sine": lambda part, experiment: tabulate(math.sin, part.ray_degrees),
     }
 
     @property
@@ -102,9 +100,3 @@ class FoodRays(Sense, name="food-rays"):
     @staticmethod
     def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         measure_rays(part, model, state, world, agent)
-
-
-def _round_each(function: Any, degrees: tuple[float, ...]) -> npt.NDArray[np.float32]:
-    """Return the cosine or sine of each angle. Rounding makes it equal on all machines."""
-    values = [round(function(math.radians(angle)), N_DIGITS) + 0.0 for angle in degrees]
-    return np.array(values, np.float32)
