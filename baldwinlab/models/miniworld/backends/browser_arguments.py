@@ -41,15 +41,7 @@ MEASURED_NAMES: Final = (
 )  # fmt: skip
 """Numbers that `measure` computes, in this order."""
 # Columns of `BrowserSettings.regions`.
-REGION_COLUMNS: Final = (
-    "left",
-    "right",
-    "upper",
-    "lower",
-    "count",
-    "energy",
-    "kind",
-)
+REGION_COLUMNS: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")
 COUNT_COLUMN: Final = REGION_COLUMNS.index("count")
 ENERGY_COLUMN: Final = REGION_COLUMNS.index("energy")
 KIND_COLUMN: Final = REGION_COLUMNS.index("kind")
