@@ -69,13 +69,13 @@ from baldwinlab.models.miniworld.senses.binary import (
     PatchSight,
     Touch,
 )
-from baldwinlab.models.miniworld.senses.food_rays import FoodRays
 from baldwinlab.models.miniworld.senses.other_agents import (
     Neighbours,
     SpeciesInSight,
     SpeciesNearness,
 )
-from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
+from baldwinlab.models.miniworld.senses.rays import FoodRays, Rays
+from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Smell
 from baldwinlab.models.miniworld.senses.sight import Sight
 from tests.oracles import (
     bodies,

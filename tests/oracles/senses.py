@@ -7,7 +7,7 @@ from copy import copy
 from typing import Any
 
 from baldwinlab.models.miniworld.senses.other_agents import N_SECTORS
-from baldwinlab.models.miniworld.senses.real_valued import RAY_DEGREES
+from baldwinlab.models.miniworld.senses.rays import RAY_DEGREES
 from baldwinlab.models.miniworld.state import FOOD
 
 

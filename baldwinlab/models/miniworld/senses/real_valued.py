@@ -1,4 +1,4 @@
-"""Real-valued senses: the nearest item, items along rays, their smell, and the agent's energy.
+"""Real-valued senses: the nearest item, the smell of items, and the agent's energy.
 
 Each sense of items senses one kind of items, which its field `target_kind` names: food by default.
 
@@ -10,7 +10,7 @@ The formulas are our interpretation of the sources:
 
 - Angle and distance of the nearest food: S. Nolfi, J. L. Elman and D. Parisi, "Learning and
   evolution in neural networks", Adaptive Behavior 3 (1994).
-- Rays and energy: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
+- Energy: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
 - Smell at two points of the body: V. Braitenberg, Vehicles (1984).
 """
 
@@ -51,8 +51,8 @@ from baldwinlab.models.miniworld.regions import (
     kind_number,
 )
 from baldwinlab.models.miniworld.senses.sight import rotate_to_heading, select_visible
-from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, MiniWorldModel, State
-from baldwinlab.parts.senses import Sense, count_inputs
+from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
+from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.world_features import LineOfSight
 
 
@@ -162,15 +162,6 @@ class ItemSense(Sense):
                 f"senses.{table_name(self.name)}.target_kind = {self.target_kind!r} "
                 f"must be one of the kinds of items: {', '.join(kinds)}"
             )
-
-
-N_RAYS = 5
-# Number of headings (of 9 degrees) between two rays.
-HEADINGS_BETWEEN_RAYS = 3
-# Angle of each ray from the heading, in degrees.
-RAY_DEGREES = tuple(
-    (ray - N_RAYS // 2) * HEADINGS_BETWEEN_RAYS * 360 // HEADING_COUNT for ray in range(N_RAYS)
-)
 
 
 class Nearest(ItemSense, name="nearest"):
@@ -309,72 +300,3 @@ class EnergySense(Sense, name="energy"):
         state.activations[part.first_input, lane] = gained_energy / (
             gained_energy + part.half_saturation
         )
-
-
-@compiled
-def measure_rays(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Write the inputs of a sense with an input for each ray.
-
-    An input is 1 - distance / `model.visual_radius` of the nearest item on the ray. The hook
-    `record_item` of the sense lowers `part.nearest`, the squared distance [ray, lane].
-    """
-    lane = world * model.agents + agent
-    n_rays = count_inputs(part)
-    squared_range = model.visual_radius * model.visual_radius
-    for ray in range(n_rays):
-        part.nearest[ray, lane] = squared_range
-    record_items(part, model, state, world, agent)
-    for ray in range(n_rays):
-        distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
-        state.activations[part.first_input + ray, lane] = max(ONE - distance, ZERO)
-
-
-class Rays(ItemSense, name="rays"):
-    """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
-
-    An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
-    All rays meet an item that contains the agent.
-
-    References
-    ----------
-    Nolfi and Floreano 2000.
-    """
-
-    item_radius: float = Field(
-        5.0, gt=0, le=100_000, description="Radius of an item for a ray, in units of length."
-    )
-    inputs: ClassVar[tuple[str, ...]] = tuple(
-        f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead"
-        for degrees in RAY_DEGREES
-    )
-    sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
-        ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in RAY_DEGREES
-    )
-    # Squared distance of the nearest item on each ray.
-    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(N_RAYS)}
-
-    @staticmethod
-    def record_item(
-        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
-    ) -> None:
-        dx = line.dx
-        dy = line.dy
-        squared_distance = dx * dx + dy * dy
-        squared_radius = part.item_radius * part.item_radius
-        is_visible = select_visible(state.features, model, line, squared_distance < INFINITY)
-        first_direction = int(state.heading[0, lane]) - N_RAYS // 2 * HEADINGS_BETWEEN_RAYS
-        for ray in range(N_RAYS if is_visible else 0):
-            direction = (
-                first_direction + HEADING_COUNT + ray * HEADINGS_BETWEEN_RAYS
-            ) % HEADING_COUNT
-            u, v = rotate_to_heading(model, dx, dy, direction)
-            if (
-                abs(v) <= part.item_radius
-                and (u >= ZERO or squared_distance <= squared_radius)
-                and squared_distance < part.nearest[ray, lane]
-            ):
-                part.nearest[ray, lane] = squared_distance
-
-    @staticmethod
-    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-        measure_rays(part, model, state, world, agent)
