@@ -25,9 +25,9 @@ from numba import cuda as numba_cuda
 
 from baldwinlab import papers, run
 from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.allocation import named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda
 from baldwinlab.models.miniworld.backends.choice import Batch
-from baldwinlab.models.miniworld.state_arrays import named_arrays
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 

@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.models.miniworld.allocation import iterate_arrays
 from baldwinlab.models.miniworld.backends.choice import SimulatedAgents
-from baldwinlab.models.miniworld.state_arrays import iterate_arrays
 
 # Agents of a batch, world after world: a range, or a single agent.
 Lanes = slice | int

@@ -11,7 +11,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
-from baldwinlab.models.miniworld.backends.team import is_large
+from baldwinlab.models.miniworld.backends.cpu import is_large
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (

@@ -22,8 +22,8 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld import birth
+from baldwinlab.models.miniworld.allocation import array_holders
 from baldwinlab.models.miniworld.birth import replace_agent
-from baldwinlab.models.miniworld.state_arrays import array_holders
 from baldwinlab.parts.lifetimes import lifetimes_of_run
 from baldwinlab.simulation.records import read_run_arrays
 from baldwinlab.simulation.replay import recompute_genomes

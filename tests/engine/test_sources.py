@@ -13,8 +13,7 @@ import pytest
 from baldwinlab.engine import fingerprint, sources
 from baldwinlab.engine.jit import cached_jit
 from baldwinlab.experiment import Experiment, registry
-from baldwinlab.models.miniworld.allocation import make_state
-from baldwinlab.models.miniworld.state_arrays import list_hooks
+from baldwinlab.models.miniworld.allocation import list_hooks, make_state
 from baldwinlab.models.miniworld.step import simulate_simultaneous
 from tests.worlds import make_small_experiment
 

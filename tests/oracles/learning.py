@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from baldwinlab.engine.rng import LIFE
-from baldwinlab.models.miniworld.learning.imitation import FORAGER_ACTIONS, FORAGER_INPUTS
 from baldwinlab.models.miniworld.learning.prediction import MAX_RANDOM_BITS
+from baldwinlab.models.miniworld.learning.teachers import FORAGER_ACTIONS, FORAGER_INPUTS
 
 
 def apply_imitation(part: Any, agents: Any, agent: Any, naive: Any) -> None:

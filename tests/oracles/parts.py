@@ -39,31 +39,44 @@ from baldwinlab.models.cue_learners.genes import OnePointOfUnits
 from baldwinlab.models.digit_readers.variation import FourBitWeights
 from baldwinlab.models.discrete_variation import BitFlips, OnePointOfAlleles, OnePointOfBits
 from baldwinlab.models.lattice_walkers.breeding import LatticeSteps, MutantFixation
-from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood
-from baldwinlab.models.miniworld.bodies.kinematic import Continuous, Grid, Stay
-from baldwinlab.models.miniworld.bodies.walker import Walker
+from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood, Novelty
+from baldwinlab.models.miniworld.bodies import Continuous, Grid, Stay, Walker
 from baldwinlab.models.miniworld.features.walls import Walls
-from baldwinlab.models.miniworld.learning.abcd import ABCD, EvolvedABCD, EvolvedModulated, Modulated
-from baldwinlab.models.miniworld.learning.hebbian import Covariance, Hebb, Postsynaptic, Presynaptic
-from baldwinlab.models.miniworld.learning.imitation import Imitation, RandomTargets, Supervised
+from baldwinlab.models.miniworld.learning.hebbian import (
+    ABCD,
+    Covariance,
+    EvolvedABCD,
+    EvolvedModulated,
+    Hebb,
+    Modulated,
+    Postsynaptic,
+    Presynaptic,
+)
 from baldwinlab.models.miniworld.learning.prediction import Prediction, RandomPrediction
 from baldwinlab.models.miniworld.learning.reward import Complementary, Reward
-from baldwinlab.models.miniworld.learning.self_taught import SelfTaught
+from baldwinlab.models.miniworld.learning.teachers import (
+    Imitation,
+    RandomTargets,
+    SelfTaught,
+    Supervised,
+)
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.models.miniworld.networks.recurrent import ContinuousTime, SimpleRecurrent
-from baldwinlab.models.miniworld.novelty import Novelty
 from baldwinlab.models.miniworld.senses.binary import (
     Compass,
     LastAction,
-    Neighbours,
     PatchSight,
     Touch,
 )
-from baldwinlab.models.miniworld.senses.food_rays import FoodRays
-from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
+from baldwinlab.models.miniworld.senses.other_agents import (
+    Neighbours,
+    SpeciesInSight,
+    SpeciesNearness,
+)
+from baldwinlab.models.miniworld.senses.rays import FoodRays, Rays
+from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Smell
 from baldwinlab.models.miniworld.senses.sight import Sight
-from baldwinlab.models.miniworld.senses.species_sight import SpeciesInSight, SpeciesNearness
 from tests.oracles import (
     bodies,
     fitness,

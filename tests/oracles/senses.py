@@ -6,8 +6,8 @@ import math
 from copy import copy
 from typing import Any
 
-from baldwinlab.models.miniworld.senses.real_valued import RAY_DEGREES
-from baldwinlab.models.miniworld.senses.species_sight import N_SECTORS
+from baldwinlab.models.miniworld.senses.other_agents import N_SECTORS
+from baldwinlab.models.miniworld.senses.rays import RAY_DEGREES
 from baldwinlab.models.miniworld.state import FOOD
 
 

@@ -17,8 +17,8 @@ from baldwinlab.api.checks.oracle_steps import make_naive
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import resort_stale_cells
-from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
-from baldwinlab.models.miniworld.senses.item_scan import ItemSense
+from baldwinlab.models.miniworld.senses.other_agents import AgentSense
+from baldwinlab.models.miniworld.senses.real_valued import ItemSense
 from baldwinlab.parts import (
     ENERGY_ARRAYS,
     ENERGY_VALUES,

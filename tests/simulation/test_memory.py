@@ -12,8 +12,7 @@ import baldwinlab
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.allocation import make_state, state_bytes
-from baldwinlab.models.miniworld.state_arrays import iterate_arrays
+from baldwinlab.models.miniworld.allocation import iterate_arrays, make_state, state_bytes
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation import memory

@@ -19,9 +19,8 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import make_state
+from baldwinlab.models.miniworld.allocation import list_parts, make_state
 from baldwinlab.models.miniworld.backends.cpu import code_key
-from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import make_lifetimes, record_types
 from baldwinlab.parts.model_part import Model

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld, part_values
 from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.models.miniworld.allocation import list_parts
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
 from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import overridden_hooks

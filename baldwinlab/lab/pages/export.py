@@ -16,10 +16,9 @@ from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
 from baldwinlab.lab.pages.browser_settings import CONTROL, MODULE_SETTINGS, require_browser_settings
-from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.appearance import describe_appearance, list_topics
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
-from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.models.miniworld.regions import FOOD_COLOR, item_regions
 from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.papers import presets

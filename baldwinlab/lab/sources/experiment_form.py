@@ -13,8 +13,7 @@ from baldwinlab.lab.sources.limits import check_size
 from baldwinlab.lab.sources.model_displays import describe_species
 from baldwinlab.lab.sources.presets import choose_default_preset, list_presets
 from baldwinlab.lab.sources.query import Query, read_body_number
-from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.description import list_topics
+from baldwinlab.models.miniworld.appearance import describe_appearance, list_topics
 from baldwinlab.simulation.simulate import check_seed
 
 # The text after the path in the error about an unknown field.

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.allocation import estimate_scanned_items
+from baldwinlab.models.miniworld.grid import estimate_scanned_items
 from baldwinlab.studies.run import count_agent_steps
 
 MAX_RUNS: Final = 50

@@ -3,41 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.phases import Array
+from baldwinlab.engine.phases import Array, hook_functions
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.birth import CHILD_VALUES
 from baldwinlab.models.miniworld.declarations import ChosenPart, read_settings
 from baldwinlab.models.miniworld.grid import (
+    GridSettings,
     compute_alert_radius,
-    compute_grid_shape,
-    count_images,
-    scanned_fraction,
+    count_cells,
+    describe_regions,
+    grid_settings,
 )
-from baldwinlab.models.miniworld.learning.control import choose_control
+from baldwinlab.models.miniworld.learning.control import choose_control, exchange_changes
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
 from baldwinlab.models.miniworld.mortality import MortalPopulation, ReproducingPopulation
 from baldwinlab.models.miniworld.population import FixedPopulation
-from baldwinlab.models.miniworld.regions import item_kinds, item_regions
+from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
+    ARRAYS_OF_CALLER,
     CHOSEN_PARTS,
     HEADING_COUNT,
     Floats,
     MiniWorldModel,
     State,
 )
-from baldwinlab.models.miniworld.state_arrays import list_parts, poison_state
+from baldwinlab.parts.learning_rules import observe_others
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
-from baldwinlab.parts.world_features import ItemRegion
+from baldwinlab.parts.senses import prepare_senses
 
 # Number of decimal digits of a sine or cosine before it is rounded to float32.
 N_DIGITS: Final = 15
@@ -63,88 +65,11 @@ def choose_population(experiment: Experiment) -> type[FixedPopulation]:
     return MortalPopulation if experiment.has_deaths or is_selective else FixedPopulation
 
 
-def _region_size(region: ItemRegion) -> tuple[float, float]:
-    """Return the width and height of a region."""
-    return region.x[1] - region.x[0], region.y[1] - region.y[0]
-
-
-def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
-    """Return the fraction of a region's area that an agent scans."""
-    return float(
-        scanned_fraction(
-            *_region_size(region),
-            region.count,
-            experiment.senses.visual_radius,
-            experiment.agents_per_world,
-        )
-    )
-
-
-class GridSettings(NamedTuple):
-    """Visual range and number of agents, which determine the grid cells of a region."""
-
-    visual_radius: float
-    agents: int
-
-
-def grid_settings(experiment: Experiment) -> GridSettings:
-    """Return the grid settings of an experiment with one species."""
-    return GridSettings(
-        visual_radius=experiment.senses.visual_radius, agents=experiment.agents_per_world
-    )
-
-
-def _grid_shape(region: ItemRegion, grid: GridSettings) -> tuple[int, int]:
-    """Return the numbers of columns and rows of the grid of a region."""
-    return compute_grid_shape(*_region_size(region), region.count, grid.visual_radius, grid.agents)
-
-
-def estimate_scanned_items(experiment: Experiment) -> int:
-    """Return the approximate number of items that an agent scans in a step."""
-    # With the sequential update, all items are sorted again after each agent that eats.
-    is_sequential = experiment.lifetime.update == "sequential"
-    scanned_items = 0
-    for region in item_regions(experiment):
-        fraction = 1 if is_sequential else _scanned_fraction(region, experiment)
-        scanned_items += math.ceil(region.count * fraction)
-    return scanned_items
-
-
-def _heading_vectors() -> tuple[Floats, Floats]:
-    """Return the cosine and sine of each heading."""
-    angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
+def tabulate(function: Callable[[float], float], degrees: Iterable[float]) -> Floats:
+    """Return the cosine or sine of each angle. Rounding makes it equal on all machines."""
     # `round` makes quarter turns exact, and `+ 0.0` turns -0.0 into 0.0.
-    cosine = np.array([round(math.cos(angle), N_DIGITS) + 0.0 for angle in angles], np.float32)
-    sine = np.array([round(math.sin(angle), N_DIGITS) + 0.0 for angle in angles], np.float32)
-    return cosine, sine
-
-
-def _region_arrays(experiment: Experiment, margin: float, grid: GridSettings) -> dict[str, Any]:
-    """Return the arrays of the model that describe the regions of items and their grids."""
-    world = experiment.world
-    regions = item_regions(experiment)
-    kinds = item_kinds(experiment)
-    rectangles = []
-    for region in regions:
-        width, height = _region_size(region)
-        rectangles.append((region.x[0], width, region.y[0], height))
-    # Without regions, the arrays also have columns.
-    rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
-    widths_and_heights = rectangle_array[:, 1::2]
-    grid_shapes = [_grid_shape(region, grid) for region in regions]
-    grid_shape_array = np.array(grid_shapes, np.int64).reshape(-1, 2)
-    images = [
-        count_images(*_region_size(region), margin, world.width, world.height) for region in regions
-    ]
-    return {
-        "region_kind": np.array([kinds.index(region.kind) for region in regions], np.int64),
-        "regions": rectangle_array,
-        "region_items": np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
-        "region_cells": np.cumsum([0, *grid_shape_array.prod(axis=1)], dtype=np.int64),
-        "grid": grid_shape_array,
-        "cell_size": (widths_and_heights / grid_shape_array).astype(np.float32),
-        "images": np.array(images, np.int64),
-    }
+    values = [round(function(math.radians(angle)), N_DIGITS) + 0.0 for angle in degrees]
+    return np.array(values, np.float32)
 
 
 def make_model(
@@ -156,7 +81,7 @@ def make_model(
     """
     world = experiment.world
     contact = experiment.contact
-    cosine, sine = _heading_vectors()
+    headings = [heading * 360 / HEADING_COUNT for heading in range(HEADING_COUNT)]
     regions = item_regions(experiment)
     stride = experiment.part("motor.body").stride
     alert_radius = compute_alert_radius(contact.reach, contact.shape == "square", stride)
@@ -169,9 +94,9 @@ def make_model(
         worlds=worlds,
         agents=experiment.agents_per_world,
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
-        **_region_arrays(experiment, margin, grid or grid_settings(experiment)),
-        cosine=cosine,
-        sine=sine,
+        **describe_regions(experiment, margin, grid or grid_settings(experiment)),
+        cosine=tabulate(math.cos, headings),
+        sine=tabulate(math.sin, headings),
         alert_radius=np.float32(alert_radius),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning_steps,
@@ -189,7 +114,7 @@ def array_dimensions(experiment: Experiment, grid: GridSettings | None = None) -
     # A batch without items has arrays of one region.
     n_regions = max(1, len(regions))
     items = sum(region.count for region in regions)
-    cells = sum(math.prod(_grid_shape(region, grid)) for region in regions)
+    cells = sum(count_cells(region, grid) for region in regions)
     return {
         "agents": experiment.agents_per_world,
         "modules": len(experiment.modules),
@@ -335,3 +260,82 @@ def make_state(
     )
     poison_state(state, worlds * experiment.agents_per_world)
     return state
+
+
+def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
+    """Yield every array of a state and its parts, always in the same order."""
+    for entry in state:
+        if isinstance(entry, np.ndarray):
+            yield entry
+        elif isinstance(entry, tuple):
+            yield from iterate_arrays(entry)
+
+
+def poison_state(state: State, agents: int) -> None:
+    """Poison the arrays that a lifetime must write before it reads them.
+
+    The lanes after the last of `agents` agents are not poisoned.
+    """
+    if poison.is_on():
+        lanes = slice(agents)
+        selection = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
+        for holder, arrays in array_holders(state).values():
+            for name, array in arrays.items():
+                is_set_by_caller = holder is state and name in ARRAYS_OF_CALLER
+                if array.fill is None and not is_set_by_caller:
+                    poison.fill(getattr(holder, name)[selection[array.owner]])
+
+
+def list_parts(state: State) -> Iterator[tuple[str, Any]]:
+    """Yield the parts of a state with their names, such as "rule" or "senses.0"."""
+    for name, value in zip(State._fields, state, strict=True):
+        if hasattr(type(value), "part"):
+            yield name, value
+        elif name not in ARRAYS:
+            yield from ((f"{name}.{index}", part) for index, part in enumerate(value))
+
+
+def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
+    """Return the state and its parts with their declared arrays, by name prefix."""
+    holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
+    for name, part in list_parts(state):
+        declared = type(part).part.arrays.items()
+        arrays = {key: array for key, array in declared if array.owner != "run"}
+        holders[f"{name}."] = (part, arrays)
+    return holders
+
+
+def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
+    """Return copies of the arrays by name, for the first worlds of a batch.
+
+    Scratch, and the worlds and lanes of the padding, are left out.
+    """
+    lanes = slice(worlds * agents)
+    selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
+    return {
+        f"{prefix}{name}": getattr(holder, name)[selection[array.owner]].copy()
+        for prefix, (holder, arrays) in array_holders(state).items()
+        for name, array in arrays.items()
+        if not array.is_scratch
+    }
+
+
+def list_hooks(state: State) -> tuple[Any, ...]:
+    """Return the types of the parts of a state, and their hooks, which the step compiles."""
+    parts = [part for _, part in list_parts(state)]
+    # Fields of parts can contain further parts.
+    parts += [value for part in parts for value in part if hasattr(type(value), "part")]
+    return tuple(
+        value for part in parts for value in (type(part), *hook_functions(type(part).part))
+    )
+
+
+def reads_other_agents(state: State) -> bool:
+    """Return whether a sense, the learning rule or its control reads other agents in a step."""
+    rule = type(state.rule).part
+    senses = [type(sense).part for sense in state.senses]
+    return (
+        rule.observe_others is not observe_others.default
+        or type(state.control).part.exchange_changes is not exchange_changes.default
+        or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
+    )

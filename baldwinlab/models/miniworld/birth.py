@@ -15,7 +15,7 @@ from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.control import init_control
-from baldwinlab.models.miniworld.learning.self_taught import express_rate
+from baldwinlab.models.miniworld.learning.teachers import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.population import agent_number, newborn_number, start_life

@@ -16,16 +16,17 @@ from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import require_single_species
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import (
+    iterate_arrays,
+    list_hooks,
+    make_model,
+    make_state,
+    poison_state,
+)
 from baldwinlab.models.miniworld.backends.cpu import PopulationView
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import Floats, MiniWorldModel, State
-from baldwinlab.models.miniworld.state_arrays import (
-    iterate_arrays,
-    list_hooks,
-    poison_state,
-)
 from baldwinlab.models.miniworld.step import (
     act_and_learn,
     all_agents,

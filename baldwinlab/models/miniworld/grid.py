@@ -1,15 +1,20 @@
 """The grid cells of a region of items, and the images of the torus from which it can be reached.
 
-Python and the compiled code of the browser use the same functions.
-Lengths are float64, in units of length.
+Python and the compiled code of the browser use the same functions for lengths, which are float64.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import WIDTH, square_root
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.regions import item_kinds, item_regions
+from baldwinlab.parts.world_features import ItemRegion
 
 # Number of items up to which a region is a single cell.
 MAX_UNSORTED_ITEMS: Final = 8 * WIDTH
@@ -92,3 +97,72 @@ def count_images(
     """Return the number of images of the torus within `margin` of a region: 1 or 9."""
     has_one_image = 2 * (width + margin) < world_width and 2 * (height + margin) < world_height
     return 1 if has_one_image else 9
+
+
+class GridSettings(NamedTuple):
+    """Visual range and number of agents, which determine the grid cells of a region."""
+
+    visual_radius: float
+    agents: int
+
+
+def grid_settings(experiment: Experiment) -> GridSettings:
+    """Return the grid settings of an experiment with one species."""
+    return GridSettings(
+        visual_radius=experiment.senses.visual_radius, agents=experiment.agents_per_world
+    )
+
+
+def _region_size(region: ItemRegion) -> tuple[float, float]:
+    """Return the width and height of a region."""
+    return region.x[1] - region.x[0], region.y[1] - region.y[0]
+
+
+def _grid_shape(region: ItemRegion, grid: GridSettings) -> tuple[int, int]:
+    """Return the numbers of columns and rows of the grid of a region."""
+    return compute_grid_shape(*_region_size(region), region.count, *grid)
+
+
+def count_cells(region: ItemRegion, grid: GridSettings) -> int:
+    """Return the number of grid cells of a region."""
+    return math.prod(_grid_shape(region, grid))
+
+
+def describe_regions(experiment: Experiment, margin: float, grid: GridSettings) -> dict[str, Any]:
+    """Return the arrays of the model that describe the regions of items and their grids."""
+    world = experiment.world
+    regions = item_regions(experiment)
+    kinds = item_kinds(experiment)
+    rectangles = []
+    for region in regions:
+        width, height = _region_size(region)
+        rectangles.append((region.x[0], width, region.y[0], height))
+    # Without regions, the arrays also have columns.
+    rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
+    widths_and_heights = rectangle_array[:, 1::2]
+    grid_shapes = [_grid_shape(region, grid) for region in regions]
+    grid_shape_array = np.array(grid_shapes, np.int64).reshape(-1, 2)
+    images = [
+        count_images(*_region_size(region), margin, world.width, world.height) for region in regions
+    ]
+    return {
+        "region_kind": np.array([kinds.index(region.kind) for region in regions], np.int64),
+        "regions": rectangle_array,
+        "region_items": np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
+        "region_cells": np.cumsum([0, *grid_shape_array.prod(axis=1)], dtype=np.int64),
+        "grid": grid_shape_array,
+        "cell_size": (widths_and_heights / grid_shape_array).astype(np.float32),
+        "images": np.array(images, np.int64),
+    }
+
+
+def estimate_scanned_items(experiment: Experiment) -> int:
+    """Return the approximate number of items that an agent scans in a step."""
+    # With the sequential update, all items are sorted again after each agent that eats.
+    is_sequential = experiment.lifetime.update == "sequential"
+    radius, agents = grid_settings(experiment)
+    scanned_items = 0
+    for region in item_regions(experiment):
+        fraction = scanned_fraction(*_region_size(region), region.count, radius, agents)
+        scanned_items += region.count if is_sequential else math.ceil(region.count * fraction)
+    return scanned_items

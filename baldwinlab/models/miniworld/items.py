@@ -5,15 +5,22 @@ The items of neighboring cells in a row are contiguous in *slots*, and are teste
 A region with few items is a single cell, and its items never change slots.
 An empty SIMD block follows the slots of each region. A block never contains items of two regions.
 
+Agents eat one after another (`eat_items`). On several threads or on a GPU, all agents claim the
+items that they touch, and after a barrier, the agent with the highest claim of an item eats it
+(`contend`). The results are equal.
+
 Source: Le (2019), "The Simulated World of Foods and Agents".
 `docs/explanation/model.md` lists the choices that the paper leaves open.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import hook
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.engine.simd import (
     HALF,
@@ -259,3 +266,83 @@ def resort_stale_cells(model: MiniWorldModel, state: State, world: int) -> None:
     for region in range(model.regions.shape[0]):
         if state.stale[world, region] != 0:
             sort_into_cells(model, state, world, region)
+
+
+@hook
+def raise_claim(agents: Any, world: int, item: int, claim: int) -> None:
+    """Set `agents.claims[world, item]` to at least `claim`, in one operation of the machine."""
+
+
+@compiled
+def init_item(
+    claims: Any, model: MiniWorldModel, state: State, world: int, region: int, item: int
+) -> None:
+    """At the start of a lifetime: place an item, which no agent has claimed or eaten."""
+    claims[world, item] = -1
+    state.touched[world, item] = -1
+    state.appearances[world, item] = 0
+    place_item(model, state, world, region, item)
+
+
+@compiled
+def contend(
+    agents: Any, model: MiniWorldModel, state: State, agent: int, step: int, is_eating: bool
+) -> bool:
+    """Claim the items that an agent touches, or eat the items that it has claimed (`is_eating`).
+
+    Return whether the agent touches any item.
+    """
+    lane = agents.first_world * model.agents + agent
+    turn = agent - step % model.agents
+    turn = turn + model.agents if turn < 0 else turn
+    # Claims of later steps are higher. In a step, claims of earlier turns are higher.
+    claim = 2 * (step * model.agents + model.agents - 1 - turn)
+    has_touched = False
+    for region in range(model.regions.shape[0]):
+        is_eaten = eats_region(state.population, region)
+        for number in range(model.images[region] if is_eaten else 0):
+            x, y = position_in_image(
+                model, region, number, state.positions[0, lane], state.positions[1, lane]
+            )
+            has_touched |= _contend_in_region(
+                agents, model, state, region, lane, step, x, y, claim, is_eating
+            )
+    return has_touched
+
+
+@compiled
+def _contend_in_region(
+    agents: Any,
+    model: MiniWorldModel,
+    state: State,
+    region: int,
+    lane: int,
+    step: int,
+    x: np.float32,
+    y: np.float32,
+    claim: int,
+    is_eating: bool,
+) -> bool:
+    """Claim or eat the items of a region that a body at (x, y) touches. See `contend`."""
+    world = agents.first_world
+    has_touched = False
+    radius = MAX_CONTACT_PER_REACH * model.reach
+    columns = find_cells_within(model, region, 0, x, radius)
+    first_row, end_row = find_cells_within(model, region, 1, y, radius)
+    for row in range(first_row, end_row):
+        first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
+        for first in range(first_slot, end_slot, lanes_in_block()):
+            if any_of(is_touching(model, state, world, simd_block(first), x, y)):
+                for slot in range(first, min(first + lanes_in_block(), end_slot)):
+                    if is_touching(model, state, world, slot, x, y):
+                        has_touched = True
+                        item = state.slot_item[world, slot]
+                        if not is_eating:
+                            raise_claim(agents, world, item, claim)
+                        elif agents.claims[world, item] == claim:
+                            # Claims are even. The odd value marks the item as eaten.
+                            agents.claims[world, item] = claim + 1
+                            state.eaten_in_life[region, lane] += 1
+                            state.touched[world, item] = step
+                            place_item(model, state, world, region, item)
+    return has_touched

@@ -6,7 +6,7 @@
   Its hooks add no code.
 - `MortalPopulation` (`mortality.py`): agents that can die, or that do not eat all items.
 - `ReproducingPopulation` (`mortality.py`): agents that can be born during the lifetimes of others.
-- `SpeciesPopulation` (`species_population.py`): one of several species that share a world.
+- `SpeciesPopulation` (`species_step.py`): one of several species that share a world.
 """
 
 from __future__ import annotations

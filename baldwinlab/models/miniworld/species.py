@@ -60,7 +60,7 @@ class SpeciesSimulator:
         # Batches of other sizes are freed.
         batches = self._batches
         self._batches = {}
-        results: list[Any] = [None] * len(genomes)
+        results = []
         for group_sizes, run_indices in runs_by_sizes.items():
             key = group_sizes, tuple(run_indices)
             runs = [self._runs[run_index] for run_index in run_indices]
@@ -68,15 +68,12 @@ class SpeciesSimulator:
                 self._experiment, self._seed, runs, group_sizes
             )
             self._batches[key] = batch
-            group_results = self._simulate_batch(batch, generation, genomes[run_indices])
-            for run_index, run_results in zip(run_indices, group_results, strict=True):
-                results[run_index] = run_results
-        return _stack_runs(results)
+            results.append(self._simulate_batch(batch, generation, genomes[run_indices]))
+        return _order_runs(results, [run for runs in runs_by_sizes.values() for run in runs])
 
     def _simulate_batch(
         self, batch: SpeciesBatch, generation: int, genomes: npt.NDArray[np.float32]
-    ) -> list[LifeResults]:
-        """Return the results of each run of a batch, whose arrays have no axis of runs."""
+    ) -> LifeResults:
         genomes_of_species = split_genomes(batch.members, genomes)
         batch.begin(generation, genomes_of_species)
         batch.simulate(0, self._experiment.lifetime.steps)
@@ -86,11 +83,7 @@ class SpeciesSimulator:
                 batch.members, batch.views(), genomes_of_species, strict=True
             )
         ]
-        learns = self._experiment.learns
-        return [
-            _join_species([results[run_index] for results in results_of_species], learns)
-            for run_index in range(len(genomes))
-        ]
+        return _join_species(results_of_species, self._experiment.learns)
 
 
 def make_species_batch(
@@ -130,10 +123,9 @@ def _collect_species(
     view: PopulationView,
     genomes: npt.NDArray[np.float32],
     has_deaths: bool,
-) -> list[LifeResults]:
+) -> LifeResults:
     """Return the results of a species for each run of a batch."""
     eaten = view.eaten_in_life()
-    positions = view.positions()
     weights = view.weights()
     shape = genomes.shape[:2]
     records: dict[str, npt.NDArray[Any]] = dict(eaten_by_kind(member, eaten))
@@ -143,22 +135,22 @@ def _collect_species(
         records |= read_part_records(view.state, shape)
     steps_learned = reshape_lanes(view.state.population.steps_learned, shape)
     energies = np.array(eaten_energies(member) or [0.0], np.float64)
-
-    def collect_run(run: int) -> LifeResults:
-        return LifeResults(
-            energy=sum_energy(energies, eaten[run]),
-            cost=compute_learning_cost(member, genomes[run], weights[run], steps_learned[run]),
-            learned=weights[run],
-            records={name: values[run] for name, values in records.items()},
-            eaten=eaten[run],
-            position=positions[run],
-        )
-
-    return [collect_run(run) for run in range(len(genomes))]
+    costs = [
+        compute_learning_cost(member, *values)
+        for values in zip(genomes, weights, steps_learned, strict=True)
+    ]
+    return LifeResults(
+        energy=np.stack([sum_energy(energies, eaten_in_run) for eaten_in_run in eaten]),
+        cost=np.stack(costs),
+        learned=weights,
+        records=records,
+        eaten=eaten,
+        position=view.positions(),
+    )
 
 
 def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
-    """Return the results of all agents of a run, from those of each species.
+    """Return the results of all agents of a batch, from those of each species.
 
     The value of a record that a species does not have is 0. Learned weights and eaten kinds that a
     species does not have are 0, too.
@@ -168,13 +160,13 @@ def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
     def join_records(name: str) -> npt.NDArray[Any]:
         values = []
         for species in results:
-            zeros = np.zeros(len(species.energy), np.int32)
+            zeros = np.zeros(species.energy.shape, np.int32)
             values.append(species.records.get(name, zeros))
-        return np.concatenate(values)
+        return np.concatenate(values, axis=1)
 
     return LifeResults(
-        energy=np.concatenate([species.energy for species in results]),
-        cost=np.concatenate([species.cost for species in results]),
+        energy=np.concatenate([species.energy for species in results], axis=1),
+        cost=np.concatenate([species.cost for species in results], axis=1),
         learned=_join_columns([species.learned for species in results]) if learns else None,
         records={name: join_records(name) for name in names},
         eaten=_join_columns([species.eaten for species in results]),
@@ -183,25 +175,27 @@ def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
 
 
 def _join_columns(arrays: Sequence[npt.NDArray[Any] | None]) -> npt.NDArray[Any]:
-    """Return arrays [agent, column] as one array, with 0 in the columns that an array lacks."""
+    """Return arrays [run, agent, column] as one, with 0 in the columns that an array lacks."""
     existing = [array for array in arrays if array is not None]
-    n_columns = max(array.shape[1] for array in existing)
-    padded = [np.pad(array, ((0, 0), (0, n_columns - array.shape[1]))) for array in existing]
-    return np.concatenate(padded)
+    n_columns = max(array.shape[2] for array in existing)
+    padding = [((0, 0), (0, 0), (0, n_columns - array.shape[2])) for array in existing]
+    return np.concatenate(list(map(np.pad, existing, padding)), axis=1)
 
 
-def _stack_runs(results: Sequence[LifeResults]) -> LifeResults:
-    """Return the results of all runs, from those of each run."""
-    learned = [run.learned for run in results if run.learned is not None]
-    eaten = [run.eaten for run in results if run.eaten is not None]
-    positions = [run.position for run in results if run.position is not None]
+def _order_runs(results: Sequence[LifeResults], runs: Sequence[int]) -> LifeResults:
+    """Return the results of all batches, in the order of the numbers of their `runs`."""
+    order = np.argsort(runs)
+
+    def join(values: Sequence[npt.NDArray[Any] | None]) -> Any:
+        existing = [array for array in values if array is not None]
+        return np.concatenate(existing)[order] if existing else None
+
     return LifeResults(
-        energy=np.stack([run.energy for run in results]),
-        cost=np.stack([run.cost for run in results]),
-        learned=np.stack(learned) if learned else None,
-        records={
-            name: np.stack([run.records[name] for run in results]) for name in results[0].records
+        **{
+            name: join([getattr(batch, name) for batch in results])
+            for name in ("energy", "cost", "learned", "eaten", "position")
         },
-        eaten=np.stack(eaten),
-        position=np.stack(positions),
+        records={
+            name: join([batch.records[name] for batch in results]) for name in results[0].records
+        },
     )

@@ -1,4 +1,7 @@
-"""One time step of several species that share a world.
+"""One time step of several species that share a world: their senses, predation and phases.
+
+Each species has its own model and state. Arrays with a column for each agent of the world, in the
+order of the species, are the same arrays in the populations of all species.
 
 Each phase of the step (`step.py`) is called for all species before the next phase. The order of the
 agents is that of one population: species after species, and in each step another agent is the first
@@ -8,19 +11,23 @@ agents, if no agent senses or imitates others.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
-from baldwinlab.engine.phases import for_each_part
+from baldwinlab.engine.phases import for_each_part, make_part_type
 from baldwinlab.engine.reference import as_pointer
+from baldwinlab.engine.simd import INFINITY, ZERO, square_root
 from baldwinlab.models.miniworld.birth import init_generation
-from baldwinlab.models.miniworld.items import resort_stale_cells
+from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.lookup import compute_outputs
-from baldwinlab.models.miniworld.species_population import (
-    eat_in_turn,
-    publish_agents,
-    remove_eaten_agents,
-)
+from baldwinlab.models.miniworld.map import shortest_difference
+from baldwinlab.models.miniworld.mortality import ReproducingPopulation
+from baldwinlab.models.miniworld.population import SpeciesScan
+from baldwinlab.models.miniworld.senses.sight import test_sectors
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
     act,
     all_agents,
@@ -29,6 +36,140 @@ from baldwinlab.models.miniworld.step import (
     learn_from_step,
     sense_environment,
 )
+from baldwinlab.parts.births_and_deaths import die
+from baldwinlab.parts.world_features import LineOfSight
+
+SHARED_ARRAYS: Final = ("x", "y", "living")
+"""Arrays [world, agent of any species]: position, and 1 for agents that are alive."""
+
+
+class SpeciesPopulation(ReproducingPopulation):
+    """One of several species that share a world."""
+
+    values: ClassVar[Sequence[str]] = (
+        *ReproducingPopulation.values,
+        # Number of the species, and the number of its first agent.
+        "species",
+        "first_agent",
+        # Number of agents of all species, and number of species.
+        "all_agents",
+        "n_species",
+        # Species of each agent of the world.
+        "species_of_agents",
+        # Row of `State.eaten_in_life` for the eaten agents of each species, or -1.
+        "prey_rows",
+        "has_prey",
+        # Features whose hook `end_step` is called for the species.
+        "stepped_features",
+        *SHARED_ARRAYS,
+    )
+
+    @staticmethod
+    def agent_number(part: Any, agent: int) -> int:
+        return part.first_agent + agent  # type: ignore[no-any-return]
+
+    @staticmethod
+    def newborn_number(part: Any, model: MiniWorldModel, birth: int) -> int:
+        number: int = part.all_agents + birth * part.n_species + part.species
+        return number
+
+    @staticmethod
+    def see_species(part: Any, model: MiniWorldModel, state: State, scan: SpeciesScan) -> None:
+        world = scan.world
+        agent = scan.agent
+        target = scan.sense.target_number
+        distances = scan.sense.distances
+        lane = world * model.agents + agent
+        x = state.positions[0, lane]
+        y = state.positions[1, lane]
+        heading = int(state.heading[0, lane])
+        for sector in range(3):
+            distances[sector, lane] = INFINITY
+        for candidate in range(part.all_agents):
+            species = part.species_of_agents[candidate]
+            is_target = species == target if target >= 0 else species != part.species
+            is_self = candidate == part.first_agent + agent
+            if is_target and not is_self and part.living[world, candidate] > ZERO:
+                dx = shortest_difference(part.x[world, candidate] - x, model.width)
+                dy = shortest_difference(part.y[world, candidate] - y, model.height)
+                squared_distance = dx * dx + dy * dy
+                # Most agents are out of range.
+                if squared_distance > model.visual_radius * model.visual_radius:
+                    continue
+                left, front, right = test_sectors(model, state, LineOfSight(x, y, dx, dy), heading)
+                distance = np.float32(square_root(squared_distance))
+                if left:
+                    distances[0, lane] = min(distances[0, lane], distance)
+                if front:
+                    distances[1, lane] = min(distances[1, lane], distance)
+                if right:
+                    distances[2, lane] = min(distances[2, lane], distance)
+
+
+make_part_type(SpeciesPopulation, [*SpeciesPopulation.values, *SpeciesPopulation.arrays])
+
+
+@compiled
+def publish_agents(model: MiniWorldModel, state: State) -> None:
+    """Copy the positions of the agents of a species, and whether they are alive, for the others."""
+    part = state.population
+    for world in range(model.worlds):
+        for agent in range(model.agents):
+            lane = world * model.agents + agent
+            number = part.first_agent + agent
+            part.x[world, number] = state.positions[0, lane]
+            part.y[world, number] = state.positions[1, lane]
+            part.living[world, number] = state.alive[0, lane]
+
+
+@compiled
+def remove_eaten_agents(model: MiniWorldModel, state: State) -> None:
+    """Let the agents of a species die that other agents ate in this step."""
+    part = state.population
+    for world in range(model.worlds):
+        for agent in range(model.agents):
+            is_eaten = part.living[world, part.first_agent + agent] <= ZERO
+            if is_eaten and state.alive[0, world * model.agents + agent] > ZERO:
+                die(model, state, world, agent)
+
+
+@compiled
+def _eat_agents(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
+    """Eat every agent of a prey species that the agent touches."""
+    part = state.population
+    lane = world * model.agents + agent
+    x = state.positions[0, lane]
+    y = state.positions[1, lane]
+    for candidate in range(part.all_agents):
+        row = part.prey_rows[part.species_of_agents[candidate]]
+        is_self = candidate == part.first_agent + agent
+        if row >= 0 and not is_self and part.living[world, candidate] > ZERO:
+            dx = shortest_difference(part.x[world, candidate] - x, model.width)
+            dy = shortest_difference(part.y[world, candidate] - y, model.height)
+            is_touching = dx * dx + dy * dy < model.reach * model.reach
+            if model.square_contact:
+                is_touching = abs(dx) < model.reach and abs(dy) < model.reach
+            if is_touching:
+                part.living[world, candidate] = ZERO
+                state.eaten_in_life[row, lane] += 1
+
+
+@compiled
+def eat_in_turn(
+    model: MiniWorldModel, state: State, world: int, step: int, first_number: int, end_number: int
+) -> None:
+    """Let the agents with the numbers `first_number` to `end_number` - 1 eat, in their order.
+
+    The numbers count the agents of all species. Other agents of the species do not eat.
+    """
+    part = state.population
+    first = max(first_number - part.first_agent, 0)
+    end = min(end_number - part.first_agent, model.agents)
+    for agent in range(first, end):
+        if part.living[world, part.first_agent + agent] > ZERO:
+            eat_items(model, state, world, agent, step)
+            if part.has_prey:
+                _eat_agents(model, state, world, agent)
 
 
 @compiled

@@ -55,7 +55,7 @@ AGENT_RANGES: Final = (
     "first_agent",
     "end_agent",
 )
-# Fields of `agents` that eat at the same time (`contention.py`). `claims` is the highest claim of
+# Fields of `agents` that eat at the same time (`contend`). `claims` is the highest claim of
 # each item, [world, item]. It is odd after the item was eaten.
 CONTENDING_AGENTS: Final = (*AGENT_RANGES, "claims")
 

@@ -116,7 +116,7 @@ def test_the_message_about_a_wrong_oracle_names_the_hook_that_defines_its_argume
 
 TWO_PARTS = """
     import numpy as np
-    from baldwinlab.models.miniworld.learning.self_taught import SelfTaught
+    from baldwinlab.models.miniworld.learning.teachers import SelfTaught
     from baldwinlab.parts import Fitness, LearningRule, WorldFeature
 
     class Verified(Fitness, name="verified"):

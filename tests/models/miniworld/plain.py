@@ -33,14 +33,16 @@ def simulate_in_python(experiment: Experiment, seed: int = 1) -> xr.Dataset:
         return simulate(experiment, seed=seed)
 
 
-def simulate_steps(experiment: Experiment, genome: Any, steps: int) -> cpu.CpuBatch:
+def simulate_steps(
+    experiment: Experiment, genome: Any, steps: int, generation: int = 0
+) -> cpu.CpuBatch:
     """Return a batch of agents with `genome` [agent, module, weight] after a number of steps.
 
     The batch has run 0 of seed 5.
     """
     batch = cpu.CpuBatch(experiment, 5, [0])
     with np.errstate(all="ignore"):
-        batch.begin(0, np.asarray(genome, np.float32)[None])
+        batch.begin(generation, np.asarray(genome, np.float32)[None])
         batch.simulate(0, steps)
     return batch
 

@@ -8,13 +8,14 @@ from typing import Any, ClassVar
 
 import pytest
 
-from baldwinlab.experiment import registry
+from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.appearance import (
     Kind,
     Mark,
     Sector,
     appearance_json,
     describe_appearance,
+    list_topics,
 )
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.senses import Sense
@@ -94,13 +95,58 @@ def test_memory_units_are_paired_with_their_sources(network: str) -> None:
 
 
 def test_an_appearance_is_available_as_json() -> None:
-    experiment = load("evo/A")
-    appearance = json.loads(appearance_json(experiment))
-    assert appearance["sectors"][0] == {
-        "from_degrees": 315,
-        "to_degrees": 345,
-        "radius": 40,
-        "color": "lit",
-    }
+    appearance = json.loads(appearance_json(load("evo/A")))
+    sector = {"from_degrees": 315, "to_degrees": 345, "radius": 40, "color": "lit"}
+    assert appearance["sectors"][0] == sector
     assert appearance["item_kinds"] == [{"name": "food", "color": "green", "number": 50}]
     assert appearance["inputs"] == ["left", "front", "right"]
+
+
+def describe(experiment: Experiment) -> dict[str, str]:
+    return {topic.title: topic.text for topic in list_topics(experiment)}
+
+
+def test_every_topic_describes_the_experiment() -> None:
+    texts = describe(
+        load("evo+self-taught/A").replace(population={"size": 1000}, senses={"visual_radius": 25})
+    )
+    assert list(texts) == ["The map", "Senses", "Network", "Learning", "What to look for"]
+    assert texts["The map"].startswith(
+        "1,000 agents are born in the dashed circle and live 5,000 steps. The tinted"
+    )
+    assert "50 items of food" in texts["The map"]
+    assert "25 map units" in texts["Senses"]
+    assert "3 inputs and 3 outputs: left, forward, right." in texts["Network"]
+    assert "action module and reinforcement module" in texts["Learning"]
+    assert "a condition without learning" in texts["What to look for"]
+
+
+def test_an_experiment_without_learning_and_without_items_is_described_as_such() -> None:
+    texts = describe(load("evo/A").replace(world={"food": []}))
+    assert texts["Learning"] == "No learning: the weights do not change during life."
+    assert "items" not in texts["The map"]
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "topic", "sentence"),
+    [
+        ("evo/A", {}, "Network", "The agent performs the action with the largest output."),
+        ("evo/A", {"motor": {"body": "continuous"}}, "Network", None),
+        ("evo/A", {"senses": {"kinds": ["smell"]}}, "Senses", "more brightly for larger values."),
+        ("evo/A", {"evolution": {"inheritance": "social-heredity"}}, "Learning", None),
+        (
+            "evo+self-taught/A",
+            {"evolution": {"inheritance": "social-heredity"}},
+            "Learning",
+            "The genome at birth is inherited, and the parents teach.",
+        ),
+    ],
+)
+def test_sentences_depend_on_the_parts(
+    name: str, changes: dict[str, Any], topic: str, sentence: str | None
+) -> None:
+    text = describe(load(name).replace(**changes))[topic]
+    if sentence:
+        assert sentence in text
+    else:
+        assert "largest output" not in text and "parents" not in text

@@ -8,9 +8,7 @@ import pytest
 from scipy.stats import chisquare, kstest
 
 from baldwinlab.simulation.replay import replay
-from baldwinlab.simulation.simulate import simulate
 from tests.worlds import (
-    make_point_region,
     make_single_agent_experiment,
     make_small_experiment,
     replay_with_first_action,
@@ -50,22 +48,6 @@ def test_corners_of_squares_touch_at_distances_at_which_circles_do_not(
             FORWARD, make_single_agent_experiment((100, 80), [(x, y)], contact={"shape": shape})
         )
         assert trace["eaten"].values[0, 0] == 0
-
-
-def test_an_item_gives_the_energy_of_its_region() -> None:
-    world = {
-        "food": [
-            make_point_region(100, 80, count=2, energy=2.5),
-            make_point_region(20, 20, energy=100),
-            make_point_region(101, 80, count=3, energy=0),
-        ]
-    }
-    experiment = make_single_agent_experiment(
-        (100, 80), [], world=world, population={"size": 3}, lifetime={"steps": 2}
-    )
-    result = simulate(experiment)
-    assert result["food_eaten"].values.tolist() == [[5, 5, 0]]
-    assert result["energy"].values.tolist() == [[5, 5, 0]]
 
 
 def sample_positions(seed_count: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:

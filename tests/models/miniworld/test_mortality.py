@@ -88,29 +88,11 @@ def make_experiment(condition: str, feature: str = "test-cull", **changes: Any) 
     )
 
 
-def simulate_batch(experiment: Experiment, steps: int) -> CpuBatch:
-    batch = CpuBatch(experiment, SEED, [0])
-    batch.begin(0, draw_founders(experiment)[None])
-    batch.simulate(0, steps)
-    return batch
-
-
-@pytest.mark.nightly
-def test_without_deaths_the_code_for_deaths_has_the_same_results() -> None:
-    experiment = make_small_experiment("evo+self-taught", learning={"cost_per_step": 0.01})
-    selective = experiment.replace(eats={"items": ["food"]})
-    genomes = draw_founders(experiment)[None]
-    expected = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genomes)
-    actual = MiniWorldSimulator(selective, SEED, [0]).simulate(0, genomes)
-    np.testing.assert_array_equal(actual.energy, expected.energy)
-    np.testing.assert_array_equal(actual.cost, expected.cost)
-    np.testing.assert_array_equal(actual.learned, expected.learned)
-
-
 def test_a_dead_agent_neither_moves_eats_nor_learns() -> None:
     experiment = make_experiment("evo+self-taught")
-    at_death = simulate_batch(experiment, DEATH_STEP)
-    at_end = simulate_batch(experiment, STEPS)
+    genome = draw_founders(experiment)
+    at_death = simulate_steps(experiment, genome, DEATH_STEP)
+    at_end = simulate_steps(experiment, genome, STEPS)
     dead = slice(1, 6, 2)
     assert (at_end.state.alive[0, :6] == [1, 0, 1, 0, 1, 0]).all()
     for name in ("positions", "heading", "weights", "eaten_in_life"):

@@ -10,12 +10,10 @@ import pytest
 from baldwinlab.engine.threads import use_threads
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import make_model
-from baldwinlab.models.miniworld.backends import team
+from baldwinlab.models.miniworld.allocation import make_model, named_arrays
+from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.parallel_items import MIN_SHARED_ITEMS
-from baldwinlab.models.miniworld.parallel_step import TILE_LANES
-from baldwinlab.models.miniworld.state_arrays import named_arrays
+from baldwinlab.models.miniworld.parallel_step import MIN_SHARED_ITEMS, TILE_LANES
 from tests.worlds import make_small_experiment
 
 STEPS = 40
@@ -56,8 +54,8 @@ def simulate(monkeypatch: pytest.MonkeyPatch) -> Any:
     """
 
     def simulate_world(experiment: Experiment, threads: int) -> dict[str, npt.NDArray[Any]]:
-        monkeypatch.setattr(team, "MIN_AGENTS", 1)
-        monkeypatch.setattr(team, "MIN_AGENTS_PER_THREAD", 0.1)
+        monkeypatch.setattr(cpu, "MIN_AGENTS", 1)
+        monkeypatch.setattr(cpu, "MIN_AGENTS_PER_THREAD", 0.1)
         with use_threads(threads):
             batch = CpuBatch(experiment, seed=3, runs=[1])
         for generation in range(2):

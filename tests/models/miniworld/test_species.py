@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -232,47 +233,43 @@ def test_a_run_with_predators_and_prey_evolves() -> None:
     assert run.sizes["generation"] == 3
 
 
+def make_food_species() -> Experiment:
+    """Return an experiment with a species that has the name of a kind of items, and is prey."""
+    eats = {"prey": [{"species": "food"}]}
+    species = [{"name": "food", "size": 10}, {"name": "predators", "size": 10, "eats": eats}]
+    return load("evo/A").replace(population={"species": species})
+
+
+def split_in_half(**settings: Any) -> Experiment:
+    return split_population(load("evo/A"), 10, 10, **settings)
+
+
+IN_SIGHT = {"kinds": ["species-in-sight"], "species_in_sight": {"target": "plants"}}
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("make", "changes", "message"),
     [
-        ({"lifetime": {"update": "sequential"}}, "share the simultaneous update"),
-        ({"eats": {"items": ["gold"]}}, "must be among the kinds of items: food"),
+        (make_predation, {"lifetime": {"update": "sequential"}}, "share the simultaneous update"),
+        (make_predation, {"eats": {"items": ["gold"]}}, "must be among the kinds of items: food"),
+        (
+            split_in_half,
+            {"eats": {"prey": [{"species": "plants"}]}},
+            r"eats.prey.0.species = 'plants': must be",
+        ),
+        (
+            split_in_half,
+            {"senses": IN_SIGHT},
+            r"senses.species_in_sight.target = 'plants': must be one of",
+        ),
+        (make_food_species, {}, "rename the species"),
     ],
 )
 def test_settings_that_do_not_fit_the_species_are_refused(
-    changes: dict[str, Any], message: str
+    make: Callable[..., Experiment], changes: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ExperimentError, match=message):
-        make_predation(**changes)
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"eats": {"prey": [{"species": "plants"}]}}, r"eats.prey.0.species = 'plants': must be"),
-        (
-            {
-                "senses": {
-                    "kinds": ["species-in-sight"],
-                    "species_in_sight": {"target": "plants"},
-                }
-            },
-            r"senses.species_in_sight.target = 'plants': must be one of",
-        ),
-    ],
-)
-def test_an_unknown_species_is_refused(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(ExperimentError, match=message):
-        split_population(load("evo/A"), 10, 10, **settings)
-
-
-def test_a_species_with_the_name_of_a_kind_of_items_cannot_be_prey() -> None:
-    species = [
-        {"name": "food", "size": 10},
-        {"name": "predators", "size": 10, "eats": {"prey": [{"species": "food"}]}},
-    ]
-    with pytest.raises(ExperimentError, match="rename the species"):
-        load("evo/A").replace(population={"species": species})
+        make(**changes)
 
 
 def test_a_batch_of_one_species_refuses_an_experiment_with_several() -> None:

@@ -1,6 +1,6 @@
 """Memory layout of the tuples of `browser`, and the setting that determines each number.
 
-JavaScript reads this layout as JSON, and contains no code of a model. `browser_leaves` describes
+JavaScript reads this layout as JSON, and contains no code of a model. `browser_arguments` describes
 the leaves of the tuples.
 """
 
@@ -19,19 +19,23 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import ENGINE_PARTS, make_model, make_state
+from baldwinlab.models.miniworld.allocation import (
+    ENGINE_PARTS,
+    list_hooks,
+    list_parts,
+    make_model,
+    make_state,
+)
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.backends.browser_arguments import (
-    MEASURED_NAMES,
-    BrowserPopulation,
-    BrowserSettings,
-)
-from baldwinlab.models.miniworld.backends.browser_leaves import (
     DERIVED_SOURCES,
+    MEASURED_NAMES,
     MODEL_SOURCES,
     POPULATION_ARRAYS,
     POPULATION_SOURCES,
     SETTING_SOURCES,
+    BrowserPopulation,
+    BrowserSettings,
     array_leaves,
     number_leaves,
     plain_value,
@@ -43,7 +47,6 @@ from baldwinlab.models.miniworld.declarations import find_sources
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import ARRAYS, CHOSEN_PARTS, MiniWorldModel
-from baldwinlab.models.miniworld.state_arrays import list_hooks, list_parts
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network

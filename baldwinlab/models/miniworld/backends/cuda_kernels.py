@@ -19,15 +19,19 @@ from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.engine.phases import make_part_type
+from baldwinlab.models.miniworld.allocation import reads_other_agents
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
-from baldwinlab.models.miniworld.contention import contend, init_item
-from baldwinlab.models.miniworld.items import resort_stale_cells, sort_into_cells
+from baldwinlab.models.miniworld.items import (
+    contend,
+    init_item,
+    resort_stale_cells,
+    sort_into_cells,
+)
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
-from baldwinlab.models.miniworld.state_arrays import reads_other_agents
 from baldwinlab.models.miniworld.step import (
     CONTENDING_AGENTS,
     end_step_of_features,

@@ -11,14 +11,17 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import GridSettings, make_model, make_state
+from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state, poison_state
 from baldwinlab.models.miniworld.backends.cpu import PopulationView
+from baldwinlab.models.miniworld.grid import GridSettings
 from baldwinlab.models.miniworld.regions import item_regions
-from baldwinlab.models.miniworld.senses.species_sight import SpeciesSense
-from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
-from baldwinlab.models.miniworld.species_step import simulate_species
+from baldwinlab.models.miniworld.senses.other_agents import SpeciesSense
+from baldwinlab.models.miniworld.species_step import (
+    SHARED_ARRAYS,
+    SpeciesPopulation,
+    simulate_species,
+)
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
 
 SHARED_STATE: Final = (
     "keys",

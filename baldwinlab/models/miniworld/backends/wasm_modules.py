@@ -87,8 +87,11 @@ def built_in_experiments() -> dict[str, Experiment]:
     return {module_name(experiment): experiment for experiment in experiments}
 
 
-def explorable_experiments() -> dict[str, Experiment]:
-    """Return an experiment for each further module, of the explorable and the lesson pack."""
+def shipped_experiments() -> dict[str, Experiment]:
+    """Return an experiment for each module in the package, by name.
+
+    The explorable and the lesson pack use the modules in addition to `built_in_experiments`.
+    """
     random_targets = Experiment().replace(learning={"rule": "random-targets"})
     maps = {
         f"{rule}-{'-'.join(MAP_FEATURES)}": Experiment().replace(
@@ -96,12 +99,7 @@ def explorable_experiments() -> dict[str, Experiment]:
         )
         for rule in ("none", "self-taught")
     }
-    return {module_name(random_targets): random_targets, **maps}
-
-
-def shipped_experiments() -> dict[str, Experiment]:
-    """Return an experiment for each module in the package, by name."""
-    return built_in_experiments() | explorable_experiments()
+    return built_in_experiments() | {module_name(random_targets): random_targets, **maps}
 
 
 def module_hash(experiment: Experiment) -> str:

@@ -32,8 +32,8 @@ from baldwinlab.engine.simd import ZERO
 from baldwinlab.evolution.neutral_selection import is_neutral_control
 from baldwinlab.evolution.roulette_wheel import find_first_above
 from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
-from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.population import agent_number, is_alive, newborn_number
+from baldwinlab.models.miniworld.regions import ENERGY_VALUES, energy_in_life
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
 
 

@@ -19,7 +19,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.phases import Array
-from baldwinlab.models.miniworld.features.boxes import Coordinate, require_on_map
+from baldwinlab.models.miniworld.features.walls import Coordinate, require_on_map
 from baldwinlab.models.miniworld.item_changes import ABSENT_X, is_on_map, was_eaten
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position

@@ -38,7 +38,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox
 from baldwinlab.engine.simd import ONE, ZERO, Lane, Value, get, put
-from baldwinlab.models.miniworld.learning.previous_step import (
+from baldwinlab.models.miniworld.learning.reward import (
     PREVIOUS_STEP_ARRAYS,
     PreviousStepRule,
     rate_with_previous_step,

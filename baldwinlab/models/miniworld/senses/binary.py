@@ -1,4 +1,4 @@
-"""Binary senses in addition to the sight of food: patches, agents, last action, touch, heading.
+"""Binary senses in addition to the sight of food: patches, last action, touch, heading.
 
 The details are our interpretation of the sources:
 
@@ -13,14 +13,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import Array
-from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.regions import kind_number
-from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
-from baldwinlab.models.miniworld.senses.sight import pack_sectors, sense_items, test_sectors
+from baldwinlab.models.miniworld.senses.sight import SECTORS, Sectors, sense_items
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts import LineOfSight, Sense, per_agent
+from baldwinlab.parts import Sense, per_agent
 
-Sectors = tuple[tuple[float, float] | None, ...]
 # Number of headings in a quarter turn.
 QUARTER_TURN = HEADING_COUNT // 4
 
@@ -29,7 +26,7 @@ class PatchSight(Sense, name="patch"):
     """Three binary inputs: an item of a patch in the left, front and right sector."""
 
     inputs: ClassVar[tuple[str, ...]] = ("patch left", "patch in front", "patch right")
-    sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
+    sectors: ClassVar[Sectors] = SECTORS
     item_kind: ClassVar[str] = "patch"
     only_items: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {"number": kind_number("patch")}
@@ -37,32 +34,6 @@ class PatchSight(Sense, name="patch"):
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         return sense_items(model, state, world, agent, part.number)
-
-
-class Neighbours(AgentSense, name="neighbours"):
-    """Three binary inputs: another agent in the left, front and right sector.
-
-    The sense uses the positions at the start of the step. With the sequential update, it uses the
-    positions at the start of the agent's turn.
-    """
-
-    inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
-    sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
-
-    @staticmethod
-    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        lane = world * model.agents + agent
-        bits = 0
-        x = state.positions[0, lane]
-        y = state.positions[1, lane]
-        heading = int(state.heading[0, lane])
-        for neighbor in range(model.agents):
-            if neighbor != agent:
-                dx = shortest_difference(part.positions[world, 0, neighbor] - x, model.width)
-                dy = shortest_difference(part.positions[world, 1, neighbor] - y, model.height)
-                left, front, right = test_sectors(model, state, LineOfSight(x, y, dx, dy), heading)
-                bits |= pack_sectors(left, front, right)
-        return bits
 
 
 class LastAction(Sense, name="last-action"):

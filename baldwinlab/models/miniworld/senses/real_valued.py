@@ -1,4 +1,4 @@
-"""Real-valued senses: the nearest item, items along rays, their smell, and the agent's energy.
+"""Real-valued senses: the nearest item, the smell of items, and the agent's energy.
 
 Each sense of items senses one kind of items, which its field `target_kind` names: food by default.
 
@@ -10,7 +10,7 @@ The formulas are our interpretation of the sources:
 
 - Angle and distance of the nearest food: S. Nolfi, J. L. Elman and D. Parisi, "Learning and
   evolution in neural networks", Adaptive Behavior 3 (1994).
-- Rays and energy: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
+- Energy: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
 - Smell at two points of the body: V. Braitenberg, Vehicles (1984).
 """
 
@@ -24,22 +24,144 @@ from pydantic import Field
 
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import INFINITY, ONE, ZERO, square_root
-from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
-from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
+from baldwinlab.engine.phases import Array, hook, per_agent
+from baldwinlab.engine.simd import (
+    HALF,
+    INFINITY,
+    ONE,
+    ZERO,
+    Lane,
+    Value,
+    any_of,
+    get,
+    lanes_in_block,
+    simd_block,
+    square_root,
+)
+from baldwinlab.experiment.registry import table_name
+from baldwinlab.models.miniworld.items import (
+    find_cells_within,
+    find_slots_in_row,
+    position_in_image,
+)
+from baldwinlab.models.miniworld.regions import (
+    ENERGY_VALUES,
+    energy_in_life,
+    item_kinds,
+    kind_number,
+)
 from baldwinlab.models.miniworld.senses.sight import rotate_to_heading, select_visible
-from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
-from baldwinlab.parts.senses import Sense, count_inputs
+from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
+from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.world_features import LineOfSight
 
-N_RAYS = 5
-# Number of headings (of 9 degrees) between two rays.
-HEADINGS_BETWEEN_RAYS = 3
-# Angle of each ray from the heading, in degrees.
-RAY_DEGREES = tuple(
-    (ray - N_RAYS // 2) * HEADINGS_BETWEEN_RAYS * 360 // HEADING_COUNT for ray in range(N_RAYS)
-)
+
+@hook
+def record_item(
+    part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
+) -> None:
+    """Use an item in range.
+
+    Per agent, for each item within `model.visual_radius`, when the sense calls `record_items`. A
+    feature can hide the item, see `is_within_sight`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    line : LineOfSight
+        The line from the agent to the item.
+    lane : int
+        Column of the agent that senses.
+    """
+
+
+@compiled
+def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Value:
+    """Return the squared distance of the item in a slot from (x, y)."""
+    dx = get(state.slot_x, world, slot) - x
+    dy = get(state.slot_y, world, slot) - y
+    return dx * dx + dy * dy
+
+
+@compiled
+def _record_region_items(
+    part: Any,
+    model: MiniWorldModel,
+    state: State,
+    world: int,
+    region: int,
+    lane: int,
+    x: np.float32,
+    y: np.float32,
+) -> None:
+    """Call `record_item` for each item of a region in range, in the order of slots."""
+    squared_range = model.visual_radius * model.visual_radius
+    columns = find_cells_within(model, region, 0, x, model.visual_radius)
+    first_row, end_row = find_cells_within(model, region, 1, y, model.visual_radius)
+    for row in range(first_row, end_row):
+        first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
+        for first in range(first_slot, end_slot, lanes_in_block()):
+            if any_of(_squared_distance(state, world, simd_block(first), x, y) <= squared_range):
+                for slot in range(first, min(first + lanes_in_block(), end_slot)):
+                    if _squared_distance(state, world, slot, x, y) <= squared_range:
+                        dx = state.slot_x[world, slot] - x
+                        dy = state.slot_y[world, slot] - y
+                        record_item(part, model, state, LineOfSight(x, y, dx, dy), lane)
+
+
+@compiled
+def record_items(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
+    """Call `record_item` for each item of a kind within `model.visual_radius`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        The first argument of a hook. `part.number` is the number of the kind, see `kind_number`.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it.
+    """
+    lane = world * model.agents + agent
+    is_near_items = state.near[0, lane] > HALF
+    for region in range(model.regions.shape[0] if is_near_items else 0):
+        if model.region_kind[region] == part.number:
+            for number in range(model.images[region]):
+                x, y = position_in_image(
+                    model, region, number, state.positions[0, lane], state.positions[1, lane]
+                )
+                _record_region_items(part, model, state, world, region, lane, x, y)
+
+
+class ItemSense(Sense):
+    """Base of the senses that read the items of a kind, with `record_items` and `record_item`.
+
+    The setting `target_kind` chooses the kind.
+    """
+
+    target_kind: str = Field(FOOD, description="Kind of the sensed items.")
+    only_items: ClassVar[bool] = True
+    is_continuous: ClassVar[bool] = True
+    derived: ClassVar[Mapping[str, Any]] = {
+        "number": lambda part, experiment: kind_number(part.target_kind)(part, experiment)
+    }
+
+    record_item: ClassVar[Any] = staticmethod(record_item.default)
+
+    def check(self, experiment: Any) -> None:
+        kinds = item_kinds(experiment)
+        if self.target_kind not in kinds:
+            raise ValueError(
+                f"senses.{table_name(self.name)}.target_kind = {self.target_kind!r} "
+                f"must be one of the kinds of items: {', '.join(kinds)}"
+            )
 
 
 class Nearest(ItemSense, name="nearest"):
@@ -178,72 +300,3 @@ class EnergySense(Sense, name="energy"):
         state.activations[part.first_input, lane] = gained_energy / (
             gained_energy + part.half_saturation
         )
-
-
-@compiled
-def measure_rays(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Write the inputs of a sense with an input for each ray.
-
-    An input is 1 - distance / `model.visual_radius` of the nearest item on the ray. The hook
-    `record_item` of the sense lowers `part.nearest`, the squared distance [ray, lane].
-    """
-    lane = world * model.agents + agent
-    n_rays = count_inputs(part)
-    squared_range = model.visual_radius * model.visual_radius
-    for ray in range(n_rays):
-        part.nearest[ray, lane] = squared_range
-    record_items(part, model, state, world, agent)
-    for ray in range(n_rays):
-        distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
-        state.activations[part.first_input + ray, lane] = max(ONE - distance, ZERO)
-
-
-class Rays(ItemSense, name="rays"):
-    """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
-
-    An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
-    All rays meet an item that contains the agent.
-
-    References
-    ----------
-    Nolfi and Floreano 2000.
-    """
-
-    item_radius: float = Field(
-        5.0, gt=0, le=100_000, description="Radius of an item for a ray, in units of length."
-    )
-    inputs: ClassVar[tuple[str, ...]] = tuple(
-        f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead"
-        for degrees in RAY_DEGREES
-    )
-    sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
-        ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in RAY_DEGREES
-    )
-    # Squared distance of the nearest item on each ray.
-    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(N_RAYS)}
-
-    @staticmethod
-    def record_item(
-        part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
-    ) -> None:
-        dx = line.dx
-        dy = line.dy
-        squared_distance = dx * dx + dy * dy
-        squared_radius = part.item_radius * part.item_radius
-        is_visible = select_visible(state.features, model, line, squared_distance < INFINITY)
-        first_direction = int(state.heading[0, lane]) - N_RAYS // 2 * HEADINGS_BETWEEN_RAYS
-        for ray in range(N_RAYS if is_visible else 0):
-            direction = (
-                first_direction + HEADING_COUNT + ray * HEADINGS_BETWEEN_RAYS
-            ) % HEADING_COUNT
-            u, v = rotate_to_heading(model, dx, dy, direction)
-            if (
-                abs(v) <= part.item_radius
-                and (u >= ZERO or squared_distance <= squared_radius)
-                and squared_distance < part.nearest[ray, lane]
-            ):
-                part.nearest[ray, lane] = squared_distance
-
-    @staticmethod
-    def measure(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-        measure_rays(part, model, state, world, agent)

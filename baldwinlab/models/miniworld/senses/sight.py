@@ -11,7 +11,7 @@ Source: Le (2019), "The Simulated World of Foods and Agents", on the angle theta
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -46,6 +46,9 @@ from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.world_features import LineOfSight, blocks_sight
 
+Sectors = tuple[tuple[float, float] | None, ...]
+# Left, front and right, in degrees clockwise from the heading.
+SECTORS: Final[Sectors] = ((315, 345), (345, 15), (15, 45))
 TAN_15 = np.float32(math.tan(math.radians(15)))
 # Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
 LEFT_BIT = 1
@@ -313,7 +316,7 @@ class Sight(Sense, name="food"):
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("left", "front", "right")
-    sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ((315, 345), (345, 15), (15, 45))
+    sectors: ClassVar[Sectors] = SECTORS
     item_kind: ClassVar[str] = FOOD
     only_items: ClassVar[bool] = True
 

@@ -21,10 +21,9 @@ from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
-from baldwinlab.models.miniworld.state_arrays import named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
 from tests.engine.gpu_code import compile_kernel
@@ -63,54 +62,44 @@ class Wind(WorldFeature, name="wind"):
 '''
 
 
+def make_experiment(condition: str = "evo+self-taught", **changes: Any) -> Experiment:
+    """Return an experiment with four agents, which compete for items."""
+    short = {"population": {"size": 4}, "lifetime": {"steps": STEPS}, "world": {"food": FEW_ITEMS}}
+    return make_small_experiment(condition, **short | changes)
+
+
 def make_experiments() -> list[Experiment]:
     """Return experiments with built-in parts."""
-    changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
-    experiments = [
-        make_small_experiment(
-            condition,
-            **changes | {"lifetime": {"steps": STEPS, "update": update}},
-            world={"food": FEW_ITEMS},
-        )
-        for condition in ("evo", "evo+self-taught")
-        for update in ("simultaneous", "sequential")
-    ]
-    in_cells = make_small_experiment(
-        "evo", **changes, world={"food": MANY_ITEMS}, senses={"visual_radius": 5}
-    )
+    sequential = {"steps": STEPS, "update": "sequential"}
+    in_cells = make_experiment("evo", world={"food": MANY_ITEMS}, senses={"visual_radius": 5})
     assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
-    random_headings = {"food": FEW_ITEMS, "start": {"headings": "random"}}
     drift = {"control": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
     return [
-        *experiments,
+        make_experiment("evo"),
+        make_experiment("evo", lifetime=sequential),
+        make_experiment(),
+        make_experiment(lifetime=sequential),
         in_cells,
-        make_small_experiment("evo+self-taught", **changes, world={"food": []}),
-        make_small_experiment(
-            "evo+self-taught",
-            **changes,
-            world=random_headings,
+        make_experiment(world={"food": []}),
+        make_experiment(
+            world={"food": FEW_ITEMS, "start": {"headings": "random"}},
             motor={"noise": 0.3},
             learning=drift,
         ),
-        make_small_experiment(
-            "evo+self-taught",
-            **changes,
+        make_experiment(
+            world={},
             network={"hidden": [3, 2], "biases": True},
             learning={"control": "yoked", "rate": 0.3},
         ),
-        make_small_experiment("evo+self-taught", **changes, learning={"control": "drift"}),
-        make_small_experiment(
-            "evo+self-taught",
-            world={"food": FEW_ITEMS},
-            population={"size": 4, "worlds": 2},
-            lifetime={"steps": STEPS, "repeats": 2},
+        make_experiment(world={}, learning={"control": "drift"}),
+        make_experiment(
+            population={"size": 4, "worlds": 2}, lifetime={"steps": STEPS, "repeats": 2}
         ),
     ]
 
 
 def make_experiments_with_custom_parts() -> list[Experiment]:
     """Return experiments with custom parts, with both updates, with and without interactions."""
-    changes: dict[str, Any] = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
         load_file(PARTS / f"{name}.py")
     load_text(WIND, Path("wind.py"))
@@ -120,33 +109,19 @@ def make_experiments_with_custom_parts() -> list[Experiment]:
         "obstacles": {"x": [55, 65], "y": [45, 55]},
         "poison": {"x": [30, 70], "y": [40, 60]},
     }
+    windy = {"food": FEW_ITEMS, "features": ["wind"]}
     social = {"rule": "social", "rate": 0.3}
-    real_valued_senses = ["neighbours", "nearest", "smell", "rays", "energy"]
-    sequential = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
+    sequential = {"steps": STEPS, "update": "sequential"}
     return [
-        make_small_experiment(
-            "evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
+        make_experiment(
+            "evo", learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
         ),
-        make_small_experiment(
-            "evo", **sequential, learning=social, world={"food": FEW_ITEMS, "features": ["wind"]}
-        ),
-        make_small_experiment(
-            "evo", **changes, world={"food": FEW_ITEMS, "features": ["wind"]}, motor={"noise": 0.3}
-        ),
-        make_small_experiment(
-            "evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}
-        ),
-        make_small_experiment(
-            "evo+self-taught",
-            **changes,
-            world={"food": FEW_ITEMS},
-            learning={"rule": "self-taught-again"},
-        ),
-        make_small_experiment(
-            "evo+self-taught",
-            **changes,
-            world={"food": FEW_ITEMS},
-            senses={"kinds": real_valued_senses},
+        make_experiment("evo", learning=social, world=windy, lifetime=sequential),
+        make_experiment("evo", world=windy, motor={"noise": 0.3}),
+        make_experiment(world=poisoned, network={"kind": "elman"}),
+        make_experiment(learning={"rule": "self-taught-again"}),
+        make_experiment(
+            senses={"kinds": ["neighbours", "nearest", "smell", "rays", "energy"]},
             motor={"body": "continuous"},
         ),
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,15 +11,14 @@ import pytest
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.engine import rng
-from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.catalog import get_assay, load_assays
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.oracles.parts import use_oracles
 from tests.oracles.variation import breed_crossover
 from tests.worlds import make_small_experiment
@@ -93,9 +91,8 @@ def is_dead(account: Account) -> bool:
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
 def test_births_and_deaths_agree_with_a_plain_python_reference(condition: str) -> None:
     experiment = make_experiment(condition, learning={"rate": 0.5} if condition != "evo" else {})
-    batch = CpuBatch(experiment, SEED, [0])
-    genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))
-    batch.begin(0, genome[None])
+    genome = draw_founders(experiment)
+    batch = simulate_steps(experiment, genome, 0)
     accounts = draw_first_accounts()
     birth_counts = [0] * AGENTS
     eaten = np.zeros(AGENTS)
@@ -140,9 +137,8 @@ def test_the_final_population_is_the_next_generation_and_the_record_has_its_pare
     experiment = make_experiment()
     run = simulate(experiment, seed=SEED)
     for generation in (0, 1):
-        batch = CpuBatch(experiment, SEED, [0])
-        batch.begin(generation, run["genome"].values[generation][None])
-        batch.simulate(0, experiment.lifetime.steps)
+        genomes = run["genome"].values[generation]
+        batch = simulate_steps(experiment, genomes, experiment.lifetime.steps, generation)
         final_genomes = batch.state.genome[0]
         origin = batch.state.origin[0]
         assert run["born"].values[generation].tolist() == batch.state.birth_count[0].tolist()
@@ -158,13 +154,11 @@ def test_the_final_population_is_the_next_generation_and_the_record_has_its_pare
 def test_births_do_not_depend_on_the_division_of_a_lifetime_into_parts() -> None:
     for update in ("simultaneous", "sequential"):
         experiment = make_experiment("evo+self-taught", lifetime={"steps": 60, "update": update})
-        genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
-        undivided = CpuBatch(experiment, SEED, [0])
-        divided = CpuBatch(experiment, SEED, [0])
-        for batch, cuts in ((undivided, [0, 60]), (divided, [0, 7, 31, 60])):
-            batch.begin(0, genome)
-            for first, last in pairwise(cuts):
-                batch.simulate(first, last)
+        genome = draw_founders(experiment)
+        undivided = simulate_steps(experiment, genome, 60)
+        divided = simulate_steps(experiment, genome, 7)
+        divided.simulate(7, 31)
+        divided.simulate(31, 60)
         assert undivided.state.birth_count.sum() > AGENTS
         for name in ("genome", "weights", "birth_count", "origin", "positions"):
             expected = getattr(undivided.state, name)
@@ -176,9 +170,7 @@ def test_the_next_generation_inherits_the_learned_weights_of_the_final_populatio
     lamarckian = {"elite": AGENTS, "generations": 2, "lamarckian_share": 1.0}
     experiment = make_experiment("evo+self-taught", evolution=lamarckian, learning={"rate": 0.5})
     run = simulate(experiment, seed=SEED)
-    batch = CpuBatch(experiment, SEED, [0])
-    batch.begin(0, run["genome"].values[0][None])
-    batch.simulate(0, experiment.lifetime.steps)
+    batch = simulate_steps(experiment, run["genome"].values[0], experiment.lifetime.steps)
     learned = {weights.tobytes() for weights in batch.weights()[0]}
     assert {genome[0].tobytes() for genome in run["genome"].values[1]} == learned
     assert batch.weights()[0].tobytes() != batch.state.genome[0, :, 0].tobytes()
@@ -194,18 +186,6 @@ def test_births_continue_with_a_single_agent_and_without_food(changes: dict[str,
     assert (run["born"] > 0).all()
     if "world" in changes:
         assert run["food_eaten"].sum() == 0
-
-
-@pytest.mark.usefixtures("in_plain_python")
-def test_a_newborn_pays_only_for_the_steps_in_which_it_learned() -> None:
-    experiment = make_experiment("evo+self-taught", learning={"cost_per_step": 0.5})
-    genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
-    results = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genome)
-    was_born = results.records["born"][0] > 0
-    assert was_born.any()
-    # An agent lives for at most 40 steps, and the lifetime has 80.
-    assert (results.cost[0, was_born] <= 0.5 * FIELDS["max_age"]).all()
-    assert (results.cost[0] > 0).any()
 
 
 @pytest.mark.usefixtures("in_plain_python")
@@ -260,12 +240,7 @@ def test_foraging_evolves_by_births_and_deaths_but_not_in_the_neutral_control() 
     assert np.median(eaten[0]) > 15 > 5 > np.median(eaten[1])
 
 
-def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"needs a variation that creates one child at a time; .* 'gene-pool' does not",
-    ):
-        make_experiment().replace(evolution={"variation": "gene-pool"})
+def test_an_unsupported_assay_is_refused_in_a_sentence() -> None:
     experiment = make_experiment("evo+self-taught")
     reasons = {name: get_assay(name).find_obstacle(experiment) for name in load_assays()}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]

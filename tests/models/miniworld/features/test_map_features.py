@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.api.checks.oracle_steps import make_naive
-from baldwinlab.api.checks.reference import Agent, Item
+from baldwinlab.api.checks.reference import Item
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import make_simulator
@@ -200,27 +201,10 @@ def test_agents_see_drifting_items_at_their_current_positions() -> None:
         ]
         for agent in range(4):
             position = {name: float(state[name].values[agent]) for name in ("x", "y", "heading")}
-            visible = naive.visible_sectors(make_naive_agent(**position), items)
+            agent_state: Any = SimpleNamespace(**position)
+            visible = naive.visible_sectors(agent_state, items)
             assert visible == (state.sensor.values[agent] == 1).tolist()
     assert trace.eaten.sum() > 0
-
-
-def make_naive_agent(x: float, y: float, heading: float) -> Agent:
-    """Return an agent of which only the position and the heading matter."""
-    return Agent(
-        x=x,
-        y=y,
-        heading=heading,
-        inputs=[],
-        outputs=[],
-        hidden=[],
-        action=0,
-        eaten_in_life=0,
-        gained_in_life=0,
-        rate=0,
-        action_module=[],
-        reinforcement_module=None,
-    )
 
 
 def test_a_recording_has_the_moves_of_drifting_items() -> None:
@@ -259,16 +243,19 @@ def test_an_item_can_be_eaten_again_after_its_regrowth() -> None:
     assert np.flatnonzero(eaten).tolist() == [0, 5, 10, 15]
 
 
+TWO_REGIONS = [
+    {"x": [0, 40], "y": [0, 100], "count": 5},
+    {"x": [60, 120], "y": [0, 100], "count": 7},
+]
 FIRST_REGION = [True] * 5 + [False] * 7
 SECOND_REGION = [False] * 5 + [True] * 7
 
 
 def test_regions_in_turn_have_food_one_after_another() -> None:
-    food = [{"x": [0, 40], "y": [0, 100], "count": 5}, {"x": [60, 120], "y": [0, 100], "count": 7}]
     trace = replay_in_python(
         make_world(
             {"regions-in-turn": {"steps_per_region": 10}},
-            world={"food": food},
+            world={"food": TWO_REGIONS},
             lifetime={"steps": 35},
         )
     )
@@ -285,10 +272,9 @@ def test_regions_in_turn_have_food_one_after_another() -> None:
 
 
 def test_regions_in_turn_change_after_the_given_number_of_generations() -> None:
-    food = [{"x": [0, 40], "y": [0, 100], "count": 5}, {"x": [60, 120], "y": [0, 100], "count": 7}]
     turns = {"regions-in-turn": {"steps_per_region": 35, "generations_per_region": 2}}
     experiment = make_world(
-        turns, world={"food": food}, lifetime={"steps": 35}, evolution={"generations": 6}
+        turns, world={"food": TWO_REGIONS}, lifetime={"steps": 35}, evolution={"generations": 6}
     )
     for generation in range(6):
         x = replay_in_python(experiment, generation=generation).item_x.values[1:]

@@ -120,32 +120,6 @@ def test_the_weights_agree_with_an_oracle(rule: str, control: str) -> None:
     assert births != learned
 
 
-@both_controls
-@every_rule
-def test_the_first_step_of_a_shadow_is_that_of_an_agent_with_the_rule(
-    rule: str, control: str
-) -> None:
-    shadow = simulate_founders(make_experiment(rule, control), steps=1).state.control
-    learner = simulate_founders(make_experiment(rule), steps=1).state
-    np.testing.assert_array_equal(shadow.shadow_weights, learner.weights)
-
-
-@every_rule
-def test_drift_has_the_size_of_the_change_of_the_shadow_in_every_weight(rule: str) -> None:
-    changes, shadow_changes = measure_changes(simulate_founders(make_experiment(rule, "drift")))
-    np.testing.assert_allclose(abs(changes), abs(shadow_changes), atol=1e-6)
-    is_changed = abs(shadow_changes) > 1e-5
-    is_same = np.sign(changes) == np.sign(shadow_changes)
-    assert 0.3 < is_same[is_changed].mean() < 0.7
-
-
-@every_rule
-def test_yoked_agents_change_as_the_shadow_of_the_next_agent(rule: str) -> None:
-    changes, shadow_changes = measure_changes(simulate_founders(make_experiment(rule, "yoked")))
-    np.testing.assert_allclose(changes, np.roll(shadow_changes, -1, axis=1), atol=1e-6)
-    assert shadow_changes.any()
-
-
 def test_a_custom_rule_has_the_yoked_control() -> None:
     load_file(PARTS / "social.py")
     changes, shadow_changes = measure_changes(simulate_founders(make_experiment("social", "yoked")))

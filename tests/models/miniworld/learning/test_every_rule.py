@@ -140,6 +140,27 @@ def test_a_control_is_supported_or_refused_in_one_sentence(rule: str, control: s
     assert (run["energy"] >= 0).all()
 
 
+@pytest.mark.parametrize(
+    ("rule", "changes", "refusal"),
+    [
+        ("hebb", ["learning.rate=2"], r"\[0, 1\]: learning.rate is 2 and must be at most 1"),
+        ("prediction", ["network.hidden=[]"], "network.hidden must have at least one layer"),
+        ("prediction", ["network.kind=simple-recurrent"], "must have no memory"),
+        (
+            "prediction",
+            ['senses.kinds=["food", "compass", "last-action"]', "network.hidden=[1,100]"],
+            "needs 1000 weights",
+        ),
+    ],
+)
+def test_an_unsupported_setting_is_refused_in_a_sentence(
+    rule: str, changes: list[str], refusal: str
+) -> None:
+    with pytest.raises(ExperimentError, match=f"learning.rule = '{rule}' .*{refusal}") as refused:
+        make_experiment(rule, *changes)
+    assert len(str(refused.value).splitlines()) == 1
+
+
 def refuses(rule: str, control: str) -> bool:
     try:
         require_effect([make_experiment(rule, control)])

@@ -1,16 +1,16 @@
-"""Test the fixed points, limits and signs of the Hebbian plasticity rules."""
+"""Test fixed points and limits of Hebbian rules, and rules with coefficients and a gate."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.miniworld.learning.hebbian import (
     COVARIANCE,
     HEBB,
@@ -18,10 +18,16 @@ from baldwinlab.models.miniworld.learning.hebbian import (
     PRESYNAPTIC,
     compute_strength_change,
 )
-from baldwinlab.simulation.simulate import simulate
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 SHARES = st.floats(0, 1)
+in_plain_python = pytest.mark.usefixtures("in_plain_python")
+STEPS = 12
+# A, B, C and D.
+COEFFICIENTS = (0.5, -0.25, 0.125, -1.0)
+# Weights of a gate module that open the gate.
+OPEN = 100.0
 
 
 def find_fixed_point(rule: int, x: float, y: float, w: float, rate: float = 0.3) -> float:
@@ -72,43 +78,108 @@ def test_a_strength_stays_between_0_and_1(
     assert -1e-12 <= after <= 1 + 1e-12
 
 
-def weights_at_birth_and_death(experiment: Experiment) -> Iterator[tuple[float, float]]:
-    """Return the pairs of a weight at birth and at death."""
-    batch = CpuBatch(experiment, 3, [0])
-    genomes = (
-        np.random.default_rng(1)
-        .normal(size=(1, experiment.population.size, 1, experiment.weight_count))
-        .astype(np.float32)
+def make_experiment(rule: str, *changes: str, **tables: Any) -> Experiment:
+    """Return an experiment with six agents whose networks have biases."""
+    network = {"hidden": [4], "biases": True}
+    small = make_small_experiment("evo", lifetime={"steps": STEPS}, network=network)
+    settings = [f"learning.rule={rule}", "learning.rate=0.25", *changes]
+    experiment: Experiment = assign(small.replace(**tables), settings)
+    return experiment
+
+
+def make_experiment_with_coefficients() -> Experiment:
+    pairs = zip("abcd", COEFFICIENTS, strict=True)
+    return make_experiment("abcd", *(f"learning.abcd.{name}={value}" for name, value in pairs))
+
+
+def make_genomes_with_coefficients(experiment: Experiment, *coefficients: Any) -> Any:
+    """Return founders with these coefficients in all genes of the last modules."""
+    genome = draw_founders(experiment)
+    genome[:, -4:] = np.reshape(coefficients, (4, -1))
+    return genome
+
+
+def simulate_weights(experiment: Experiment, genome: Any) -> npt.NDArray[np.float32]:
+    weights: npt.NDArray[np.float32] = simulate_steps(experiment, genome, STEPS).weights()[0]
+    return weights
+
+
+@in_plain_python
+@pytest.mark.parametrize("coding", ["network", "connection"])
+def test_inherited_coefficients_are_bit_identical_to_given_ones(coding: str) -> None:
+    inherited = make_experiment("evolved-abcd", f"learning.evolved_abcd.encoding={coding}")
+    genome = make_genomes_with_coefficients(inherited, *COEFFICIENTS)
+    actual = simulate_weights(inherited, genome)
+    expected = simulate_weights(make_experiment_with_coefficients(), genome[:, :1])
+    np.testing.assert_array_equal(actual, expected)
+
+
+@in_plain_python
+def test_a_coefficient_is_limited_to_1() -> None:
+    experiment = make_experiment("evolved-abcd")
+    beyond_limit = make_genomes_with_coefficients(experiment, 7, -3, 2, -1.5)
+    at_limit = make_genomes_with_coefficients(experiment, 1, -1, 1, -1)
+    actual = simulate_weights(experiment, beyond_limit)
+    np.testing.assert_array_equal(actual, simulate_weights(experiment, at_limit))
+
+
+@in_plain_python
+@pytest.mark.parametrize(("coding", "moved"), [("network", "all"), ("connection", "one")])
+def test_the_first_gene_changes_all_connections_or_a_single_one(coding: str, moved: str) -> None:
+    experiment = make_experiment("evolved-abcd", f"learning.evolved_abcd.encoding={coding}")
+    genome = make_genomes_with_coefficients(experiment, 0, 0, 0, 0)
+    # The first gene of D.
+    genome[:, -1, 0] = 1.0
+    change = simulate_weights(experiment, genome) - genome[:, 0]
+    expected = np.zeros_like(change)
+    expected[:, slice(None) if moved == "all" else 0] = 0.25 * STEPS
+    np.testing.assert_allclose(change, expected, atol=1e-6)
+
+
+@in_plain_python
+def test_weights_are_limited_to_10() -> None:
+    experiment = make_experiment("evolved-abcd", "learning.rate=2")
+    for d in (1, -1):
+        assert (
+            simulate_weights(experiment, make_genomes_with_coefficients(experiment, 0, 0, 0, d))
+            == 10 * d
+        ).all()
+
+
+@in_plain_python
+def test_a_gate_is_the_hyperbolic_tangent_of_half_of_its_input() -> None:
+    """Use only D, with which a change does not depend on earlier changes."""
+    experiment = make_experiment(
+        "modulated",
+        "learning.modulated.a=0",
+        "learning.modulated.d=1",
+        network={"hidden": []},
+        world={"food": []},
     )
-    batch.begin(0, genomes)
-    batch.simulate(0, experiment.lifetime.steps)
-    at_death = batch.state.weights[:, : experiment.population.size].T
-    return zip(genomes[0, :, 0].ravel().tolist(), at_death.ravel().tolist(), strict=True)
+    genome = draw_founders(experiment)
+    genome[:, 1] = 0
+    # The bias of the first output is its only input without food.
+    biases = np.array([-OPEN, -3, -1, 0, 2, OPEN])
+    genome[:, 1, -3] = biases
+    expected = np.tile(0.25 * STEPS * np.tanh(biases / 2)[:, None], genome.shape[2])
+    change = simulate_weights(experiment, genome) - genome[:, 0]
+    np.testing.assert_allclose(change, expected, atol=1e-5)
 
 
-@pytest.mark.usefixtures("in_plain_python")
-def test_signs_of_weights_do_not_change_and_strengths_are_at_most_1() -> None:
-    experiment = make_small_experiment("evo", lifetime={"steps": 60}).replace(
-        learning={"rule": "hebb", "rate": 0.9}
-    )
-    pairs = list(weights_at_birth_and_death(experiment))
-    assert all(abs(at_death) <= 1 and at_death * at_birth >= 0 for at_birth, at_death in pairs)
-    assert any(abs(at_death) > abs(at_birth) for at_birth, at_death in pairs)
+@in_plain_python
+def test_an_open_gate_does_not_change_the_effect_of_inherited_coefficients() -> None:
+    modulated = make_experiment("evolved-modulated")
+    ungated = make_experiment("evolved-abcd")
+    genome = make_genomes_with_coefficients(modulated, *COEFFICIENTS)
+    genome[:, 1] = OPEN
+    without_gate = np.delete(genome, 1, axis=1)
+    actual = simulate_weights(modulated, genome)
+    np.testing.assert_allclose(actual, simulate_weights(ungated, without_gate), atol=1e-5)
 
 
-def test_a_rate_above_1_is_refused_in_a_sentence() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"keeps strengths in \[0, 1\]: learning.rate is 2 and must be at most 1",
-    ):
-        make_small_experiment("evo").replace(learning={"rule": "hebb", "rate": 2.0})
-
-
-@pytest.mark.usefixtures("in_plain_python")
-def test_learned_strengths_are_not_inherited() -> None:
-    experiment = make_small_experiment(
-        "evo", lifetime={"steps": 20}, learning={"rule": "hebb"}, evolution={"generations": 2}
-    )
-    run = simulate(experiment, seed=1)
-    # Learned strengths are at most 1.
-    assert np.abs(run["genome"].values).max() > 1
+@in_plain_python
+def test_founders_have_independent_modules() -> None:
+    genome = draw_founders(make_experiment("evolved-modulated"))
+    modules = genome.transpose(1, 0, 2).reshape(6, -1)
+    assert abs(np.corrcoef(modules) - np.eye(6)).max() < 0.3
+    assert abs(modules.std() - 1) < 0.1

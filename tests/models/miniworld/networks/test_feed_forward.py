@@ -54,24 +54,26 @@ def test_naive_learning_follows_the_gradient_of_half_the_squared_error(
         assert weights[index] - learned == pytest.approx(rate * slope, abs=1e-8)
 
 
-def train_general(
-    sizes: Any, rates: Rows, weights: Rows, activations: Rows, errors: Rows, targets: Rows
+def train(
+    is_general: bool,
+    sizes: Any,
+    rates: Rows,
+    weights: Rows,
+    activations: Rows,
+    errors: Rows,
+    targets: Rows,
 ) -> None:
+    """Compute outputs and learn, with the general or the specialized network."""
     for first in range(0, weights.shape[1], lanes_in_block()):
-        feed_forward(sizes, False, weights, activations, simd_block(first))
-        rate = get(rates, 0, simd_block(first))
+        lane = simd_block(first)
+        rate = get(rates, 0, lane)
         training = Training(rate, weights, activations, errors, targets)
-        backpropagate(sizes, False, training, simd_block(first))
-
-
-def train_specialized(
-    sizes: Any, rates: Rows, weights: Rows, activations: Rows, errors: Rows, targets: Rows
-) -> None:
-    for first in range(0, weights.shape[1], lanes_in_block()):
-        forward_three(sizes[1], weights, activations, simd_block(first))
-        rate = get(rates, 0, simd_block(first))
-        training = Training(rate, weights, activations, errors, targets)
-        backward_three(sizes[1], training, simd_block(first))
+        if is_general:
+            feed_forward(sizes, False, weights, activations, lane)
+            backpropagate(sizes, False, training, lane)
+        else:
+            forward_three(sizes[1], weights, activations, lane)
+            backward_three(sizes[1], training, lane)
 
 
 @pytest.mark.parametrize("hidden", [1, 2, 10, 17])
@@ -85,7 +87,7 @@ def test_the_specialized_network_is_bit_identical_to_the_general_network(
     targets = random.uniform(0, 1, (3, lanes)).astype(np.float32)
     initial = random.normal(0, 2, (6 * hidden, lanes)).astype(np.float32)
     results = []
-    for train in (train_general, train_specialized):
+    for is_general in (True, False):
         weights = initial.copy()
         activations = np.zeros((6 + hidden, lanes), np.float32)
         random_inputs = np.random.default_rng(5)
@@ -94,20 +96,11 @@ def test_the_specialized_network_is_bit_identical_to_the_general_network(
             # In some steps, all inputs of some SIMD blocks are 0.
             activations[:3, 16 * (step % 3) :] *= step % 4 != 0
             errors = np.zeros_like(activations)
-            cached_jit(train)(sizes, rates, weights, activations, errors, targets)
+            cached_jit(train)(is_general, sizes, rates, weights, activations, errors, targets)
         results.append((weights, activations))
     np.testing.assert_array_equal(results[1][0], results[0][0])
     np.testing.assert_array_equal(results[1][1], results[0][1])
     assert (results[0][0] != initial).mean() > 0.9
-
-
-def compute_in_blocks(
-    sizes: Any, is_general: bool, rates: Rows, weights: Rows, activations: Rows, targets: Rows
-) -> None:
-    """Compute outputs and learn, with the general or the specialized network."""
-    errors = np.zeros_like(activations)
-    train = train_general if is_general else train_specialized
-    cached_jit(train)(sizes, rates, weights, activations, errors, targets)
 
 
 @pytest.mark.parametrize("is_general", [True, False])
@@ -128,7 +121,8 @@ def test_an_agent_has_the_same_bits_whether_other_inputs_of_its_block_are_zero(
         activations = np.zeros((10, lanes), np.float32)
         activations[:3, 1:] = input_of_others
         activations[:3, 0] = value
-        compute_in_blocks(sizes, is_general, rates, learned, activations, targets)
+        errors = np.zeros_like(activations)
+        cached_jit(train)(is_general, sizes, rates, learned, activations, errors, targets)
         results.append((activations[:, 0].tobytes(), learned[:, 0].tobytes()))
     assert results[0] == results[1]
     if np.isfinite(value):

@@ -105,13 +105,9 @@ def test_agents_see_the_new_positions_of_earlier_agents_in_sequential_updates() 
             current[agent] = positions[step + 1, agent]
 
 
-def test_a_single_agent_sees_no_neighbors() -> None:
-    trace = replay_in_python(make_experiment_with_senses("neighbours", population={"size": 1}))
-    assert not trace.sensor.values[:, :, 3:].any()
-
-
-def test_the_sense_of_patches_is_0_without_patches() -> None:
-    trace = replay_in_python(make_experiment_with_senses("patch", steps=20))
+@pytest.mark.parametrize(("kind", "agents"), [("neighbours", 1), ("patch", 4)])
+def test_a_sense_without_targets_is_0(kind: str, agents: int) -> None:
+    trace = replay_in_python(make_experiment_with_senses(kind, population={"size": agents}))
     assert not trace.sensor.values[:, :, 3:].any()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,6 @@ from tests.worlds import make_single_agent_experiment, make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
-VISUAL_RADIUS = 40
 # The position of the agent. Its heading is to the right.
 AGENT = (100.0, 80.0)
 WALL = {"features": ["walls"], "walls": {"boxes": [[108, 112, 70, 90]]}}
@@ -62,12 +60,6 @@ def test_nearest_reports_items_across_the_edge_of_the_map() -> None:
     assert inputs == pytest.approx([0.5, 0.2], abs=1e-6)
 
 
-def smell(distance: float) -> float:
-    """Return the smell of an item at this distance from a nostril, which is 5 from the center."""
-    strength = (1 - (distance / (VISUAL_RADIUS - 5)) ** 2) ** 2
-    return strength / (1 + strength)
-
-
 # The poison is 20 below the agent.
 POISON = {
     "features": ["patches"],
@@ -76,26 +68,30 @@ POISON = {
 
 
 @pytest.mark.parametrize(
-    ("kind", "food_inputs", "poison_inputs"),
+    ("kind", "inputs"), [("nearest", [0.25, 0.5]), ("rays", [0] * 5), ("smell", [0.193, 0.4])]
+)
+def test_a_sense_reports_only_the_items_of_its_target_kind(kind: str, inputs: list[float]) -> None:
+    senses = {"kinds": [kind], kind: {"target_kind": "patch"}}
+    actual = sense_at_birth(kind, (10, 0), world=POISON, senses=senses)
+    assert actual == pytest.approx(inputs, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings", "refusal"),
     [
-        ("nearest", [0, 0.25], [0.25, 0.5]),
-        ("rays", [0, 0.75, 0.75, 0.75, 0], [0] * 5),
-        ("smell", [smell(math.hypot(10, 5))] * 2, [smell(25), smell(15)]),
+        *(
+            (kind, {"target_kind": "patch"}, "'patch' must be one of the kinds of items: food")
+            for kind in ("nearest", "rays", "smell")
+        ),
+        ("smell", {"nostril_distance": 40}, "40 must be less than 40, the visual radius"),
     ],
 )
-def test_a_sense_reports_the_items_of_its_target_kind(
-    kind: str, food_inputs: list[float], poison_inputs: list[float]
+def test_a_setting_without_items_in_reach_is_refused(
+    kind: str, settings: dict[str, Any], refusal: str
 ) -> None:
-    assert sense_at_birth(kind, (10, 0), world=POISON) == pytest.approx(food_inputs, abs=1e-4)
-    senses = {"kinds": [kind], kind: {"target_kind": "patch"}}
-    assert sense_at_birth(kind, (10, 0), world=POISON, senses=senses) == pytest.approx(
-        poison_inputs, abs=1e-4
-    )
-    with pytest.raises(
-        ExperimentError,
-        match=rf"senses\.{kind}\.target_kind = 'patch' must be one of the kinds of items: food",
-    ):
-        make_experiment_with_senses(kind, senses=senses)
+    (field,) = settings
+    with pytest.raises(ExperimentError, match=rf"senses\.{kind}\.{field} = {refusal}"):
+        make_experiment_with_senses(kind, senses={"kinds": [kind], kind: settings})
 
 
 def test_a_wall_hides_food_from_nearest_and_rays_but_not_its_smell() -> None:
@@ -108,36 +104,6 @@ def test_a_wall_hides_food_from_nearest_and_rays_but_not_its_smell() -> None:
     assert sense_at_birth("rays", behind)[2] == pytest.approx(0.5)
     assert sense_at_birth("rays", behind, world=WALL) == [0] * 5
     assert sense_at_birth("smell", behind, world=WALL) == sense_at_birth("smell", behind)
-
-
-def test_smells_add_up_and_decrease_to_0_with_distance() -> None:
-    single = sense_at_birth("smell", (20, 0))[0]
-    double = sense_at_birth("smell", (20, 0), (20, 0))[0]
-    assert double / (1 - double) == pytest.approx(2 * single / (1 - single), rel=1e-5)
-    strengths = [
-        sense_at_birth("smell", (0, -position))[0] for position in range(5, VISUAL_RADIUS + 6, 5)
-    ]
-    # The first item is at the position of the nostril.
-    assert strengths[0] == 0.5
-    assert strengths == sorted(strengths, reverse=True)
-    assert strengths[-2:] == [0, 0]
-    with pytest.raises(
-        ExperimentError,
-        match=r"senses\.smell\.nostril_distance = 40 must be less than 40, the visual radius",
-    ):
-        sense_at_birth("smell", senses={"kinds": ["smell"], "smell": {"nostril_distance": 40}})
-
-
-def test_energy_is_0_for_agents_that_lost_more_than_they_gained() -> None:
-    poison = [20, 100, 10, 90, 12, -1.0]
-    trace = replay_in_python(
-        make_experiment_with_senses(
-            "energy", world={"food": [], "features": ["patches"], "patches": {"patches": [poison]}}
-        ),
-        3,
-    )
-    assert trace.eaten.sum() > 0
-    assert not trace.sensor.values.any()
 
 
 def test_binary_inputs_are_equal_in_combination_with_real_valued_senses() -> None:

@@ -1,5 +1,6 @@
-"""Learning rules with a teacher: the best agent, the nearest agent, a script, or random numbers.
+"""Learning rules with a teacher, and the rule `none`.
 
+`self-taught` moves the outputs of an agent toward those of its inherited reinforcement module.
 `imitation` moves the outputs of an agent toward those of another network for the same inputs.
 `supervised` has a scripted teacher that goes to visible food.
 `random-targets` is the control of rules with targets. The weights change without information.
@@ -7,6 +8,7 @@ Random targets also make an agent wander, and a wandering agent finds food.
 
 Sources:
 
+- Self-teaching: Le (2019), "The Self-learned neural architecture".
 - Imitation of a fitter agent: N. Le, M. O'Neill and A. Brabazon, "The Baldwin effect reconsidered
   through the prism of social learning", CEC 2018. The choice of the teacher is our interpretation,
   as we do not know the settings of the paper.
@@ -19,8 +21,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
+import numpy as np
 from pydantic import Field
 
+from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
@@ -31,6 +35,8 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import Training, backward, forward
 
+# Maximum learning rate of an agent whose gene changes the rate.
+MAX_RATE: Final = 10.0
 # Number of random words that `philox` returns.
 WORDS_PER_DRAW: Final = 4
 FORAGER_INPUTS: Final = ("left", "front", "right")
@@ -38,11 +44,39 @@ FORAGER_ACTIONS: Final = ("left", "forward", "right")
 
 
 @compiled
-def _learn_targets(part: Any, state: State, lane: Lane) -> None:
-    """Learn by backpropagation toward `part.output_targets`."""
+def express_rate(rate: float, gene: Any) -> np.float32:
+    """Return the learning rate of an agent: `rate` times ten to the power of its gene."""
+    return np.float32(min(rate * power_of_ten(gene), MAX_RATE))
+
+
+@compiled
+def _learn_targets(state: State, targets: Any, lane: Lane) -> None:
+    """Learn by backpropagation toward targets of the outputs."""
     rate = get(state.rate, 0, lane)
-    training = Training(rate, state.weights, state.activations, state.errors, part.output_targets)
+    training = Training(rate, state.weights, state.activations, state.errors, targets)
     backward(state.network, training, lane)
+
+
+class NoLearning(LearningRule, name="none"):
+    """No learning: the weights do not change during life."""
+
+    learns: ClassVar[bool] = False
+
+
+class SelfTaught(LearningRule, name="self-taught"):
+    """Backpropagation toward the outputs of the inherited reinforcement module.
+
+    References
+    ----------
+    Le 2019.
+    """
+
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    supports_drift_control: ClassVar[bool] = True
+
+    @staticmethod
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
+        _learn_targets(state, state.targets, lane)
 
 
 @compiled
@@ -172,7 +206,7 @@ class Imitation(LearningRule, name="imitation"):
         first_output = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
             put(part.output_targets, k, lane, get(part.teacher_activations, first_output + k, lane))
-        _learn_targets(part, state, lane)
+        _learn_targets(state, part.output_targets, lane)
 
 
 class Supervised(LearningRule, name="supervised"):
@@ -202,7 +236,7 @@ class Supervised(LearningRule, name="supervised"):
         put(part.output_targets, 0, lane, left)
         put(part.output_targets, 1, lane, ONE - left - right)
         put(part.output_targets, 2, lane, right)
-        _learn_targets(part, state, lane)
+        _learn_targets(state, part.output_targets, lane)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -238,4 +272,4 @@ class RandomTargets(LearningRule, name="random-targets"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _learn_targets(part, state, lane)
+        _learn_targets(state, part.output_targets, lane)
