@@ -28,7 +28,7 @@ from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP
 from baldwinlab.papers import Paper
-from baldwinlab.studies.claims_file import CLAIMS_FILE
+from baldwinlab.studies.status import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
 

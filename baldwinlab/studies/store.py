@@ -1,8 +1,8 @@
 """A study on disk: a directory with the experiments as TOML and one record per run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
-    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `input_files`
-    DIR/parts/sense-poison.py                   source of a third-party part: see `input_files`
+    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `study_file`
+    DIR/parts/sense-poison.py                   source of a third-party part: see `study_file`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
     DIR/runs/evo+self-taught/B/0000-0999.nc     records of many small runs
@@ -45,9 +45,7 @@ from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.studies.input_files import read_part_records, require_same_parts
 from baldwinlab.studies.progress import remove_ended_processes
-from baldwinlab.studies.record_checks import RunLengths
 from baldwinlab.studies.record_files import (
     RecordFile,
     StudyError,
@@ -58,6 +56,7 @@ from baldwinlab.studies.record_files import (
     list_stored_runs,
 )
 from baldwinlab.studies.records import (
+    RunLengths,
     read_attributes,
     read_lengths,
     read_record,
@@ -69,9 +68,11 @@ from baldwinlab.studies.study_file import (
     kind_and_factors,
     read_changes,
     read_first_run,
+    read_part_records,
     read_text_of_study,
     require_checksum,
     require_format,
+    require_same_parts,
     require_valid_contents,
 )
 

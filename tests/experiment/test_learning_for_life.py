@@ -10,8 +10,8 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.sweeps import read_sweep
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep
 
 
 def test_learning_for_life_is_an_unset_field_in_toml() -> None:

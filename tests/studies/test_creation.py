@@ -14,9 +14,9 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
 from baldwinlab.studies import creation
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.input_files import save_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import save_sources
 from tests.small_studies import shorten_preset
 
 ROUNDS = range(30)

@@ -33,7 +33,7 @@ from baldwinlab.experiment.outcome import (
     name_food_outcome,
 )
 from baldwinlab.experiment.species_measures import SPECIES_CURVES, list_species_curves
-from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

@@ -21,13 +21,13 @@ from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays.assay import Arrays, OnMap, Sample, list_other_maps
+from baldwinlab.studies.assays import Arrays, OnMap, Sample, list_other_maps
 from baldwinlab.studies.assays.catalog import get_assay, get_assays
-from baldwinlab.studies.assays.storage import assay_path, encode_assay
+from baldwinlab.studies.assays.results import assay_path, encode_assay
 from baldwinlab.studies.executors import THREADS, Executor
+from baldwinlab.studies.open import sample_runs
 from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
-from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 

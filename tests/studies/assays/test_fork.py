@@ -19,14 +19,13 @@ from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
-from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.catalog import why_not_in_study
 from baldwinlab.studies.assays.fork import FORKS, copy_mode, fit_genomes
-from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay, read_assay
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.assays.storage import read_assay
 from baldwinlab.studies.creation import extend_study
-from baldwinlab.studies.records import StudyError, record_path
+from baldwinlab.studies.record_files import StudyError, record_path
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
 from tests.studies.completion import complete_runs, count_progress

@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.opponents import ASSAY, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay

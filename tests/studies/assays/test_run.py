@@ -12,14 +12,21 @@ import pytest
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
-from baldwinlab.studies.assays.catalog import load_assays
+from baldwinlab.studies.assays import FROZEN, ON, Sample
+from baldwinlab.studies.assays.catalog import get_assay, load_assays
 from baldwinlab.studies.assays.fork import FORKS
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
 from tests.studies.assays.studies import conditions, make_small_study_with_assays
 from tests.studies.completion import complete_assays, count_progress, fail_without_space
 from tests.worlds import make_small_experiment
@@ -197,3 +204,40 @@ def test_no_assay_is_written_if_the_study_was_removed(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
         run_assays(study, missing, 1, ignore_progress, ignore_message)
     assert not (directory / "assays").exists()
+
+
+N_AGENTS = 6
+N_RUNS = 2
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
+    experiment = shorten_preset().replace(
+        population={"size": N_AGENTS, "worlds": 3}, lifetime={"repeats": 2}
+    )
+    study = make_small_study(tmp_path_factory.mktemp("several") / "study", [experiment], N_RUNS)
+    return Sample(
+        directory=study.directory,
+        seed=study.seed,
+        experiment=experiment,
+        runs=tuple(range(N_RUNS)),
+        records=[study.record(experiment.name, run) for run in range(N_RUNS)],
+        other_maps=(),
+        report_progress=lambda amount: None,
+    )
+
+
+def test_assays_have_the_stored_fitness_and_the_first_lifetime_in_windows(sample: Sample) -> None:
+    innate = get_assay("innate").measure(sample)
+    learned = innate["energy"][:, -1, ON]
+    # `simulate_as_evolved` raises an error for another fitness than the stored one.
+    assert np.array_equal(learned, sample.energy(2))
+    assert np.isfinite(innate["energy"][:, :, FROZEN]).all()
+    # Reaction norms have the stored fitness in the unchanged setting.
+    energy = get_assay("reaction").measure(sample)["energy"]
+    assert np.array_equal(energy[:, 0], sample.energy(2))
+    # Windows within the lifetime are those of the first lifetime.
+    within_life = get_assay("within-life").measure(sample)
+    n_newborns = 4
+    assert within_life["eaten_in_window"].shape == (N_RUNS, n_newborns, 2, N_AGENTS)
+    assert within_life["first_meal"].shape == (N_RUNS, n_newborns, N_AGENTS)

@@ -17,13 +17,13 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import (
     SWEEP_FILE_NAME,
     expand_sweep,
     name_points,
     open_sweep,
 )
-from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.completion import complete_runs, read_files
 
