@@ -14,21 +14,25 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from baldwinlab.core.deferred import pd, xr
-from baldwinlab.core.files import is_local
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, decode_variables, from_bytes, stored_checksum
 from baldwinlab.core.record_batches import select_record
 from baldwinlab.core.variables import PER_AGENT_DIMS, without_genomes
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.record_files import RecordFile, StudyError
-from baldwinlab.studies.records import RunLengths, Variables, read_verified, require_content
+from baldwinlab.studies.records import (
+    RunLengths,
+    Variables,
+    Version,
+    read_verified,
+    read_version,
+    require_content,
+)
 
 GENERATION: Final = PER_AGENT_DIMS[0]
 NO_INDEX: Final = -1
 # Dimensions whose labels can differ between the files of a condition.
 _LABELED_DIMS: Final = ("agent", "parent", "window")
 
-# Time of the last change in nanoseconds, and size in bytes.
-Version = tuple[int, int]
 
 # A variable of at most this size is read as a whole, because its parts are often used repeatedly.
 MAX_WHOLE_BYTES: Final = 256 * 2**20
@@ -80,17 +84,6 @@ class FileContent(NamedTuple):
             return np.arange(len(labels))
         indices: npt.NDArray[np.intp] = pd.Index(own_labels).get_indexer(pd.Index(labels))
         return indices
-
-
-def read_version(path: Path) -> Version | None:
-    """Return the version of a local file, None for a remote or missing one."""
-    if not is_local(path):
-        return None
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_mtime_ns, status.st_size
 
 
 def _read_part(path: Path, name: Hashable) -> npt.NDArray[Any]:

@@ -56,6 +56,8 @@ from baldwinlab.studies.record_files import StudyError as StudyError
 NUMERIC_KIND_CODES: Final = ("i", "f")
 
 Variables = Mapping[Hashable, "xr.Variable"]
+# Time of the last change of a file in nanoseconds, and its size in bytes.
+Version = tuple[int, int]
 
 # Maximum size of names, meanings and the experiment in a record, in bytes.
 MAX_HEADER_BYTES: Final = 4 * 2**20
@@ -273,19 +275,26 @@ def read_lengths(file: RecordFile, experiment: BaseExperiment, seed: int) -> Run
 
 def _read_batch(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.Dataset:
     """Return a batch of records. A local file is read again only if it has changed."""
-    if not is_local(file.path):
+    version = read_version(file.path)
+    if version is None:
         return _decode_file(file, experiment, seed)
-    try:
-        status = file.path.stat()
-    except OSError as error:
-        raise StudyError(f"{file.path} cannot be read: {error.strerror or error}") from None
-    version = (status.st_mtime_ns, status.st_size)
     return _read_cached_batch(file, experiment, seed, version)
+
+
+def read_version(path: Path) -> Version | None:
+    """Return the version of a local file, None for a remote or missing one."""
+    if not is_local(path):
+        return None
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=N_CACHED_BATCHES)
 def _read_cached_batch(
-    file: RecordFile, experiment: BaseExperiment, seed: int, version: tuple[int, int]
+    file: RecordFile, experiment: BaseExperiment, seed: int, version: Version
 ) -> xr.Dataset:
     return _decode_file(file, experiment, seed)
 
@@ -299,14 +308,10 @@ def _decode_file(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.
 
 
 @lru_cache(maxsize=64)
-def _variable_bytes(experiment: BaseExperiment) -> int:
-    return record_bytes(experiment)
-
-
 def _max_bytes_per_run(experiment: BaseExperiment) -> int:
     """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
-        return 2 * _variable_bytes(experiment) + MAX_HEADER_BYTES
+        return 2 * record_bytes(experiment) + MAX_HEADER_BYTES
     except ExperimentError:
         # The model is not loaded.
         return MAX_RECORD_BYTES

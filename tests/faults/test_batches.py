@@ -21,7 +21,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
-from tests.faults.amount import amount
+from tests.faults import amount
 from tests.faults.test_corruptions import damage
 from tests.small_studies import ignore_message, ignore_progress, shorten_preset
 

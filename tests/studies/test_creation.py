@@ -89,9 +89,7 @@ def test_an_exclusive_write_does_not_replace_an_existing_file(tmp_path: Path) ->
         assert [file.name for file in path.parent.iterdir()] == ["study.toml"]
 
 
-def test_the_stored_source_of_a_part_is_not_replaced(
-    tmp_path: Path,
-) -> None:
+def test_the_stored_source_of_a_part_is_not_replaced(tmp_path: Path) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
     save_sources(tmp_path, [first])
     save_sources(tmp_path, [first])

@@ -92,9 +92,7 @@ def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None
     )
 
 
-def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
-    tmp_path: Path,
-) -> None:
+def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
     misplaced = study.path("evo/A", 7)
     shutil.copy(study.path("evo/A", 1), misplaced)

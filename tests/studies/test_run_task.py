@@ -13,7 +13,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.core.netcdf import from_bytes, to_bytes
-from baldwinlab.core.record_batches import select_record
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
@@ -176,13 +175,6 @@ def test_large_arrays_of_the_runs_reduce_the_number_of_runs_in_a_file(tmp_path: 
     assert list_names(study) == ["0000-0015.nc", "0016-0023.nc"]
 
 
-def test_few_runs_are_stored_in_single_files(tmp_path: Path) -> None:
-    experiment = EXPERIMENTS["small"]
-    study = create_study(tmp_path, [experiment], SEED)
-    store(study, simulate_histories(experiment, SEED, range(15)))
-    assert list_names(study) == [f"{run:04d}.nc" for run in range(15)]
-
-
 @pytest.mark.parametrize(
     ("generations", "steps", "n_runs"),
     [(100, 5000, 1), (10, 2000, 1), (10, 1000, 25), (2, 20, 1000)],
@@ -194,14 +186,6 @@ def test_the_number_of_runs_in_a_file_follows_from_the_agent_steps(
         evolution={"generations": generations}, lifetime={"steps": steps}
     )
     assert memory.runs_per_file(experiment) == n_runs
-
-
-def test_a_batch_selects_the_same_record_in_memory() -> None:
-    experiment = EXPERIMENTS["small"]
-    histories = simulate_histories(experiment, SEED, range(4))
-    batch = make_batch(histories).to_dataset()
-    for index, history in enumerate(histories):
-        assert select_record(batch, index).identical(history.record())
 
 
 EXPERIMENT = shorten_preset("evo/A").replace(evolution={"generations": 6}, lifetime={"steps": 50})

@@ -131,18 +131,15 @@ def _require_job(script: str) -> None:
 
 
 def _count_job_cores() -> int:
-    missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
+    job = {name: dask.config.get(f"jobqueue.slurm.{name}", None) for name in ("cores", "memory")}
+    missing = [name for name, value in job.items() if value is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
         raise RefusedError(
             f"--executor slurm needs {names} in Dask's configuration: the resources of a job, "
             "see docs/how-to/clusters.md"
         )
-    return int(_job_setting("cores"))
-
-
-def _job_setting(name: str) -> Any:
-    return dask.config.get(f"jobqueue.slurm.{name}", None)
+    return int(job["cores"])
 
 
 class Submission:

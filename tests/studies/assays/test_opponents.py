@@ -83,12 +83,6 @@ def test_a_meeting_has_the_captures_and_meals_of_its_worlds(study: StudyStore) -
     assert cell.sel(species="prey") == pytest.approx(n_meals / N_PREY / N_WORLDS)
 
 
-def test_meetings_of_different_generations_differ(study: StudyStore) -> None:
-    energy = open_assay(study.directory, OPPONENTS, PREDATION.name).energy
-    for dim in ("first_generation", "second_generation"):
-        assert (energy.std(dim) > 0).any()
-
-
 def test_the_results_do_not_depend_on_the_number_of_workers(
     study: StudyStore, tmp_path: Path
 ) -> None:

@@ -62,11 +62,22 @@ def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_p
     assert stored(make_small_study_with_assays(tmp_path / "many", workers=7)) == stored(study)
 
 
-def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path, conditions()[:2], runs=2)
+@pytest.mark.parametrize(
+    ("experiments", "generations"),
+    [
+        (conditions()[:2], None),
+        # A fork simulates its control, and the neutral control learns in every generation.
+        ([conditions()[1].replace(evolution={"generations": 12, "lamarckian_share": 0.5})], 2),
+    ],
+    ids=["learner and control", "Lamarckian learner"],
+)
+def test_progress_counts_every_agent_step(
+    tmp_path: Path, experiments: list[Experiment], generations: int | None
+) -> None:
+    study = make_small_study(tmp_path, experiments, runs=2)
     done: list[int] = []
     missing = find_missing_assays(study, list(load_assays()))
-    run_assays(study, missing, 2, count_progress(done), ignore_message)
+    run_assays(study, missing, 2, count_progress(done), ignore_message, generations=generations)
     assert done[0] < 0
     assert sum(done) == 0
 
