@@ -75,16 +75,9 @@ def simulate_batch(
     seed: int,
     runs: Sequence[int],
     backend: Backend = CPU,
-    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Simulate several runs in one batch, and return a dataset of each run.
-
-    The parameters are those of `simulate_histories`.
-    """
-    return [
-        history.dataset()
-        for history in simulate_histories(experiment, seed, runs, backend, after_generation)
-    ]
+    """Simulate several runs in one batch, and return a dataset of each run."""
+    return [history.dataset() for history in simulate_histories(experiment, seed, runs, backend)]
 
 
 def simulate_histories(

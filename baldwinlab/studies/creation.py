@@ -239,8 +239,9 @@ def _describe_identity(experiment: BaseExperiment) -> dict[str, Any]:
     return tree
 
 
-def _join_names(names: Sequence[str], limit: int = 10) -> str:
+def _join_names(names: Sequence[str]) -> str:
     """Return the first names, separated by commas, and the number of the remaining names."""
+    limit = 10
     more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
     return ", ".join(names[:limit]) + more
 

@@ -48,7 +48,6 @@ from baldwinlab.studies.record_files import (
     RecordFile,
     find_record_file,
     list_stored_runs,
-    record_path,
 )
 from baldwinlab.studies.record_files import StudyError as StudyError
 
@@ -344,16 +343,8 @@ def read_verified(file: RecordFile, experiment: BaseExperiment) -> Iterator[byte
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
-def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
-    """Store the record of a run without opening its study.
-
-    Raises OSError, also if the study no longer exists.
-    """
-    write_in_study(directory, record_path(directory, condition, run), encode_record(record))
-
-
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
-    """Write a file of a study atomically. Raises OSError as `write_record` does."""
+    """Write a file of a study atomically. Raises OSError, also if the study no longer exists."""
     removal_error = FileNotFoundError(
         errno.ENOENT, "the study has been removed or moved while it ran", str(directory)
     )

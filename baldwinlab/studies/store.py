@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +54,16 @@ from baldwinlab.studies.record_files import (
     find_record_file,
     list_record_files,
     list_stored_runs,
+    record_path,
 )
 from baldwinlab.studies.records import (
     RunLengths,
+    encode_record,
     read_attributes,
     read_lengths,
     read_record,
     read_record_of_file,
-    write_record,
+    write_in_study,
 )
 from baldwinlab.studies.study_file import (
     describe_changes,
@@ -183,8 +185,9 @@ class StudyStore:
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
-        """Store the record of a run. Raises OSError."""
-        write_record(self.directory, condition, run, record)
+        """Store the record of a run. Raises OSError, also if the study no longer exists."""
+        path = record_path(self.directory, condition, run)
+        write_in_study(self.directory, path, encode_record(record))
 
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
         """Read one run.
@@ -199,15 +202,12 @@ class StudyStore:
         """Read one run in its stored form."""
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
-    def records(
-        self, condition: str, selected_runs: Container[int] | None = None
-    ) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each (selected) run, and read each file once."""
+    def records(self, condition: str) -> Iterator[tuple[int, xr.Dataset]]:
+        """Yield the number and the record of each run, and read each file once."""
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:
-                if selected_runs is None or run in selected_runs:
-                    yield run, read_record_of_file(file, experiment, self.seed, run)
+                yield run, read_record_of_file(file, experiment, self.seed, run)
 
     def attributes(self, condition: str, run: int) -> dict[str, Any]:
         """Read the attributes of a record without its arrays. Raises as `record` does."""

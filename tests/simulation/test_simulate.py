@@ -16,7 +16,6 @@ from baldwinlab.simulation.reevaluation import restore_genomes
 from baldwinlab.simulation.simulate import (
     evolve_genomes,
     simulate,
-    simulate_batch,
     simulate_histories,
 )
 from baldwinlab.studies.records import encode_record
@@ -91,14 +90,14 @@ def test_an_unfinished_run_of_a_batch_equals_a_run_of_fewer_generations() -> Non
             history.dataset().copy(deep=True) for history in histories
         ]
 
-    final = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
+    final = simulate_histories(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
     assert list(datasets) == [1, 2, 3, 4, 5]
     for generations, runs in datasets.items():
         shorter = experiment.replace(evolution={"generations": generations})
         for run, number in zip(runs, (0, 4), strict=True):
             xr.testing.assert_identical(run, simulate(shorter, seed=1, run=number))
-    for run, same in zip(final, datasets[5], strict=True):
-        xr.testing.assert_identical(run, same)
+    for history, same in zip(final, datasets[5], strict=True):
+        xr.testing.assert_identical(history.dataset(), same)
 
 
 @pytest.mark.parametrize("first", [0, 2, 5])

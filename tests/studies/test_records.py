@@ -31,7 +31,7 @@ from baldwinlab.studies.record_files import (
     record_name,
     split_runs,
 )
-from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record, write_record
+from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import add_checksum
@@ -266,14 +266,14 @@ def test_no_record_is_written_if_the_study_was_removed(tmp_path: Path, removal: 
         run_study(study, {"evo/A": [0, 1]}, 1, ignore_progress, ignore_message)
     assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
     with pytest.raises(FileNotFoundError):
-        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
+        study.write("evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 def test_a_study_that_is_moved_while_a_record_is_written_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     directory = tmp_path / "study"
-    create_study(directory, [shorten_preset("evo/A")], seed=5)
+    study = create_study(directory, [shorten_preset("evo/A")], seed=5)
 
     def move_study_and_write(path: Path, content: bytes) -> None:
         directory.rename(tmp_path / "elsewhere")
@@ -281,7 +281,7 @@ def test_a_study_that_is_moved_while_a_record_is_written_is_reported(
 
     monkeypatch.setattr(records, "write_atomically", move_study_and_write)
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
-        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
+        study.write("evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 @pytest.mark.parametrize(
