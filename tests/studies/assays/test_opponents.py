@@ -67,7 +67,7 @@ def test_the_assay_has_the_declared_variables_and_coordinates(study: StudyStore)
 def test_a_meeting_has_the_captures_and_meals_of_its_worlds(study: StudyStore) -> None:
     """The worlds of a meeting are those of the generations after the last one."""
     energy = open_assay(study.directory, OPPONENTS, PREDATION.name).energy
-    run, first, second = 1, 3, 0
+    run, first, second = 1, 2, 1
     genomes = study.read(PREDATION.name, run).genome.values
     meeting = np.concatenate([genomes[first, :N_PREDATORS], genomes[second, N_PREDATORS:]])
     n_captures = n_meals = 0
