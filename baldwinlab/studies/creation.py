@@ -1,7 +1,8 @@
 """Creation of a study, by one or by several processes, and its extension by generations.
 
 An extension writes each `experiment.toml` again, and its stored generations do not change. If the
-process is killed before all files are written, a repetition writes the remaining files.
+process is killed before all files are written, a repetition writes the remaining files. A new study
+whose command is refused before anything was simulated is removed again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,18 @@
-"""Text of `study.toml`, and the checksum line at the end of it and of each `experiment.toml`."""
+"""Text of `study.toml` with its checksum, and copies of data files and of sources of parts.
+
+    DIR/study.toml                                [[parts]]: kind, name and SHA-256 of each part
+    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc    genomes of founders
+    DIR/inputs/worth-5e6f7a8b.txt                 data file of a part
+    DIR/parts/model-bit-strings.py                source of a part when the study was created
+
+A study therefore needs no file outside of its directory. The name of a data file ends in the first
+digits of its SHA-256, so two files with one name do not collide. The experiments of the study name
+a copy by its path in the directory, and it is found by its content wherever the directory is.
+
+Sources are never executed. Reading the results of a study needs none of its parts. A simulation
+needs them: the user loads the same files again with --part. The last line of `study.toml`, and of
+each `experiment.toml`, is a checksum of the lines above.
+"""
 
 from __future__ import annotations
 
@@ -83,10 +97,7 @@ def read_text_of_study(path: Path, kind: FileKind) -> str:
 
 def require_valid_contents(seed: Any, names: Any) -> None:
     """Raise ValueError for an invalid seed, or for invalid names of conditions."""
-    if type(seed) is not int or not 0 <= seed < SEED_LIMIT:
-        raise ValueError(
-            f"seed = {seed!r} must be a whole number, at least 0 and less than {SEED_LIMIT}"
-        )
+    _require_number("seed", seed)
     if not isinstance(names, list):
         raise ValueError(f"conditions = {names!r} must be a list of names")
     for name in names:
@@ -108,13 +119,17 @@ def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
 
 def read_first_run(content: Mapping[str, Any]) -> int:
     """Return the number of the first run. Raises ValueError if it is not a number of a run."""
-    first_run = content.get("first_run", 0)
-    if type(first_run) is not int or not 0 <= first_run < SEED_LIMIT:
-        raise ValueError(
-            f"first_run = {first_run!r} must be a whole number, at least 0 and less than "
-            f"{SEED_LIMIT}"
-        )
+    first_run: int = content.get("first_run", 0)
+    _require_number("first_run", first_run)
     return first_run
+
+
+def _require_number(name: str, value: Any) -> None:
+    """Raise ValueError unless a value is the number of a seed or of a run."""
+    if type(value) is not int or not 0 <= value < SEED_LIMIT:
+        raise ValueError(
+            f"{name} = {value!r} must be a whole number, at least 0 and less than {SEED_LIMIT}"
+        )
 
 
 def describe_changes(changes: Sequence[str]) -> str:
