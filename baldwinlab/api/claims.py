@@ -17,8 +17,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.papers import PaperError, load, load_stored_paper, require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
-from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run_samples import format_sample_sentence
+from baldwinlab.studies.open import format_sample_sentence, open_sample
 from baldwinlab.studies.store import StudyStore
 
 

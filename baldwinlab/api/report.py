@@ -27,7 +27,7 @@ from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE, SWEEP
 from baldwinlab.papers import Paper
-from baldwinlab.studies.claims_file import CLAIMS_FILE
+from baldwinlab.studies.status import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
 

@@ -35,8 +35,7 @@ from baldwinlab.papers import PaperError
 from baldwinlab.papers.design import DESIGN_FILE, Design, read_design
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation import memory
-from baldwinlab.studies.assays.catalog import get_assays, list_default_assays
-from baldwinlab.studies.assays.memory import PlannedStudy
+from baldwinlab.studies.assays.catalog import PlannedStudy, get_assays, list_default_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

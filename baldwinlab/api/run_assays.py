@@ -11,12 +11,10 @@ from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
-from baldwinlab.studies.assays.catalog import get_assays, not_applicable_reasons
-from baldwinlab.studies.assays.memory import estimate_assays
-from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.catalog import estimate_assays, get_assays, not_applicable_reasons
+from baldwinlab.studies.assays.results import assay_path, find_missing_assays
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
-from baldwinlab.studies.assays.storage import assay_path
-from baldwinlab.studies.run_samples import format_sample_sentence, sample_runs
+from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.store import StudyStore
 
 

@@ -30,8 +30,12 @@ from baldwinlab.models.miniworld.backends.choice import (
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.studies.checkpoints import Interval
-from baldwinlab.studies.cleanup import remove_if_refused
-from baldwinlab.studies.creation import create_study, extend_experiments, extend_study
+from baldwinlab.studies.creation import (
+    create_study,
+    extend_experiments,
+    extend_study,
+    remove_if_refused,
+)
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study

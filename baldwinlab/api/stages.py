@@ -46,7 +46,7 @@ from baldwinlab.papers.design import (
     specification_conditions,
     tuning_conditions,
 )
-from baldwinlab.studies.assays.storage import assay_path
+from baldwinlab.studies.assays.results import assay_path
 from baldwinlab.studies.assays.unseen_maps import N_LIVES, UNSEEN_MAPS
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import count_agent_steps

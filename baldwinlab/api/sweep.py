@@ -20,8 +20,8 @@ from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.simulation.memory import estimate_tables
+from baldwinlab.studies.sweeps import read_sweep, validate_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 
 @check_numbers

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from baldwinlab.core import console
 from baldwinlab.experiment.conditions import MULTIVERSE
-from baldwinlab.studies.claims_file import read_claims
+from baldwinlab.studies.status import read_claims
 from baldwinlab.studies.store import StudyStore
 
 # Files with further results of a study, by key.

@@ -146,7 +146,7 @@ def iterate_file_tables(tree: Any, path: str = "") -> Iterator[tuple[str, dict[s
 def find_files(tree: Any, folders: Iterable[Path]) -> None:
     """Remember where the data files in plain data are, if one of the folders has them.
 
-    The folder of a study has copies; see `baldwinlab.studies.input_files`.
+    The folder of a study has copies; see `baldwinlab.studies.study_file`.
     """
     folders = list(folders)
     for _, table in iterate_file_tables(tree):

@@ -169,36 +169,27 @@ class History:
         )
         if generation < last_generation and not self.is_stopped:
             learned = None if results.learned is None else results.learned[run_index]
-            if self.species is not None:
-                self._make_offspring_of_species(settings, lifetimes, learned)
-            else:
-                self._make_offspring(settings, lifetimes, learned)
-                if results.final_population is not None:
-                    origin = results.final_population.origin[run_index]
-                    remap_parents(origin, self._parents[generation + 1])
+            self._make_offspring(settings, lifetimes, learned)
+            if self.species is None and results.final_population is not None:
+                origin = results.final_population.origin[run_index]
+                remap_parents(origin, self._parents[generation + 1])
         self.n_generations = generation + 1
 
     def _make_offspring(
         self, settings: BaseExperiment, lifetimes: Lifetimes, learned: Genome | None
     ) -> None:
-        """Make the next generation of a population without species."""
-        run_arrays = self._run_arrays[0]
-        inherited = apply_inheritance(settings, lifetimes.genome, learned, run_arrays)
+        """Make the next generation."""
         child_generation = self.n_generations + 1
         key = GenerationKey(self.seed, self.run, child_generation)
         fitness_of_parents = self._fitness[self.n_generations]
-        self.genome, self._parents[child_generation] = make_generation(
-            self.experiment, key, inherited, fitness_of_parents, lifetimes, run_arrays
-        )
-
-    def _make_offspring_of_species(
-        self, settings: BaseExperiment, lifetimes: Lifetimes, learned: Genome | None
-    ) -> None:
-        """Make the next generation of a population with several species."""
+        if self.species is None:
+            run_arrays = self._run_arrays[0]
+            inherited = apply_inheritance(settings, lifetimes.genome, learned, run_arrays)
+            self.genome, self._parents[child_generation] = make_generation(
+                self.experiment, key, inherited, fitness_of_parents, lifetimes, run_arrays
+            )
+            return
         inherited = inherit_within_species(settings, lifetimes, learned, self._run_arrays)
-        child_generation = self.n_generations + 1
-        key = GenerationKey(self.seed, self.run, child_generation)
-        fitness_of_parents = self._fitness[self.n_generations]
         offspring = make_offspring(
             self.experiment, key, inherited, fitness_of_parents, lifetimes, self._run_arrays
         )

@@ -66,14 +66,13 @@ class Recorder(Protocol):
         """Read the batch after `time` simulated steps."""
 
 
-def record_batch(
-    batch: SimulatedAgents, recorders: Sequence[Recorder], steps_done: int = 0
-) -> None:
+def record_batch(batch: SimulatedAgents, recorders: Sequence[Recorder]) -> None:
     """Simulate a batch to the last time of its recorders, and call each recorder at its times."""
     recorders_by_time: dict[int, list[Recorder]] = {}
     for recorder in recorders:
         for time in recorder.times:
             recorders_by_time.setdefault(int(time), []).append(recorder)
+    steps_done = 0
     for time in sorted(recorders_by_time):
         batch.simulate(steps_done, time)
         steps_done = time

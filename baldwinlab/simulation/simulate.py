@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +12,13 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.core.resources import require_resources
 from baldwinlab.engine.threads import available_cores, use_threads
+from baldwinlab.evolution import Fitness, Genome
 from baldwinlab.evolution.species import count_agents
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_backend
-from baldwinlab.simulation.history import History
+from baldwinlab.simulation.history import BranchStart, History
 from baldwinlab.simulation.memory import estimate_simulation
 
 
@@ -73,16 +75,9 @@ def simulate_batch(
     seed: int,
     runs: Sequence[int],
     backend: Backend = CPU,
-    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Simulate several runs in one batch, and return a dataset of each run.
-
-    The parameters are those of `simulate_histories`.
-    """
-    return [
-        history.dataset()
-        for history in simulate_histories(experiment, seed, runs, backend, after_generation)
-    ]
+    """Simulate several runs in one batch, and return a dataset of each run."""
+    return [history.dataset() for history in simulate_histories(experiment, seed, runs, backend)]
 
 
 def simulate_histories(
@@ -156,3 +151,54 @@ def check_seed(seed: int, *runs: int) -> None:
     require_whole_number("seed", seed)
     for run in runs:
         require_whole_number("run", run)
+
+
+class Branch(NamedTuple):
+    """Results of evolution from given genomes, in several runs."""
+
+    genomes: Genome  # Genomes of the last generation at birth, [run, agent, module, weight].
+    # Fitness of each generation from the first to the last, [run, generation, agent].
+    fitness: Fitness
+
+
+def evolve_genomes(
+    experiment: BaseExperiment,
+    seed: int,
+    runs: Sequence[int],
+    generations: range,
+    genomes: Genome,
+    *,
+    after_generation: Callable[[], None] = lambda: None,
+) -> Branch:
+    """Evolve genomes of several runs, and simulate all generations, the last one included.
+
+    The random numbers are those of the runs in the same generations. If the genomes are those of a
+    stored generation, the branch is therefore bit-identical to a longer run.
+
+    - `generations`: numbers of the simulated generations, at least one. The first one has
+      `genomes`.
+    - `genomes`: [run, agent, module, weight].
+    - `after_generation`: called after each generation. An exception that it raises ends the
+      simulation.
+
+    Raises `ExperimentError` if an experiment cannot have this number of generations.
+    """
+    extended = experiment.replace(
+        # All branches have equal lengths.
+        evolution={"generations": generations.stop, "stop": "none"},
+        # The genomes of earlier generations are not needed.
+        record={"genome_every": generations.stop},
+    )
+    histories = [
+        History(extended, seed, run, start=BranchStart(generations.start, run_genomes))
+        for run, run_genomes in zip(runs, genomes, strict=True)
+    ]
+    continue_histories(histories, after_generation=lambda _: after_generation())
+    genomes_at_end = []
+    for history in histories:
+        _, run_genomes = history.saved_genomes_until(generations.stop - 1)
+        genomes_at_end.append(run_genomes)
+    return Branch(
+        genomes=np.stack(genomes_at_end),
+        fitness=np.stack([history.energy[generations.start :] for history in histories]),
+    )

@@ -19,13 +19,17 @@ from baldwinlab.core.errors import ArgumentError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.records import encode_history
-from baldwinlab.studies.record_files import assign_runs, condition_folder, list_record_files
+from baldwinlab.studies.record_files import (
+    assign_runs,
+    condition_folder,
+    list_record_files,
+    record_path,
+)
 from baldwinlab.studies.records import (
     StudyError,
     read_lengths,
     read_record,
     read_record_file,
-    record_path,
     write_in_study,
 )
 

@@ -1,17 +1,20 @@
 """Creation of a study, by one or by several processes, and its extension by generations.
 
 An extension writes each `experiment.toml` again, and its stored generations do not change. If the
-process is killed before all files are written, a repetition writes the remaining files.
+process is killed before all files are written, a repetition writes the remaining files. A new study
+whose command is refused before anything was simulated is removed again.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from baldwinlab.core.errors import InterruptedStudyError
 from baldwinlab.core.file_writing import write_atomically, write_exclusively
 from baldwinlab.core.files import (
     PARTIAL_SUFFIX,
@@ -19,6 +22,7 @@ from baldwinlab.core.files import (
     enclosing_study,
     is_local,
     is_study,
+    make_absolute,
     require_inside_study,
 )
 from baldwinlab.core.names import find_case_collision, find_name_fault
@@ -26,13 +30,22 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import iterate_file_tables, require_files
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.studies.input_files import collect_sources, name_copies, save_sources, write_copies
+from baldwinlab.studies.progress import FILE_PREFIX
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, read_experiment
-from baldwinlab.studies.study_file import add_checksum, format_study
+from baldwinlab.studies.study_file import (
+    INPUT_FOLDER,
+    add_checksum,
+    collect_sources,
+    format_study,
+    name_copies,
+    save_sources,
+    write_copies,
+)
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
+
 
 # Suffixes of the files of a study, which the folder of a condition must not have.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
@@ -40,6 +53,9 @@ HASH_PATTERN = re.compile("[0-9a-f]{64}")
 # Value of a setting that one of two compared experiments lacks.
 NOT_SET = "not set"
 GENERATIONS_FIELD: Final = "evolution.generations"
+
+RESULT_SUFFIXES: Final = (".nc", ".checkpoint", ".jsonl")
+"""Suffixes of files with results of a simulation."""
 
 
 def create_study(
@@ -221,8 +237,9 @@ def _describe_identity(experiment: BaseExperiment) -> dict[str, Any]:
     return tree
 
 
-def _join_names(names: Sequence[str], limit: int = 10) -> str:
+def _join_names(names: Sequence[str]) -> str:
     """Return the first names, separated by commas, and the number of the remaining names."""
+    limit = 10
     more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
     return ", ".join(names[:limit]) + more
 
@@ -296,3 +313,56 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
         first_run=study.first_run,
     )
     write_atomically(study.directory / STUDY_FILE_NAME, add_checksum(text).encode())
+
+
+@contextmanager
+def remove_if_refused(directory: Path) -> Iterator[None]:
+    """Remove what this context adds to a directory if it is refused without any result.
+
+    A refusal can be late: for example, a custom part is compiled after the study is created. A
+    study that existed before, or that another process simulates, is not changed.
+    """
+    directory = make_absolute(directory)
+    if is_study(directory):
+        yield
+        return
+    before = set(_list_entries(directory))
+    missing_folders = _list_missing_folders(directory)
+    try:
+        yield
+    except InterruptedStudyError:
+        raise
+    except Exception:
+        added = [path for path in _list_entries(directory) if path not in before]
+        if not any(_is_result(path.relative_to(directory)) for path in added):
+            _remove(added, missing_folders)
+        raise
+
+
+def _list_entries(directory: Path) -> list[Path]:
+    return list(directory.rglob("*")) if directory.exists() else []
+
+
+def _list_missing_folders(directory: Path) -> list[Path]:
+    """Return the folders that the study needs and that do not exist, the deepest first."""
+    if not is_local(directory):
+        return []
+    return [folder for folder in (directory, *directory.parents) if not folder.exists()]
+
+
+def _is_result(path: Path) -> bool:
+    is_running = path.name.startswith(FILE_PREFIX)
+    is_input = INPUT_FOLDER in path.parts
+    return is_running or (path.suffix in RESULT_SUFFIXES and not is_input)
+
+
+def _remove(added: list[Path], missing_folders: list[Path]) -> None:
+    """Remove files, then the folders that are empty now."""
+    folders = [path for path in added if path.is_dir()]
+    for path in added:
+        if path not in folders:
+            path.unlink(missing_ok=True)
+    for folder in (*sorted(folders, reverse=True), *missing_folders):
+        # A folder is not empty if another process has written into it.
+        with suppress(OSError):
+            folder.rmdir()

@@ -12,16 +12,17 @@ from xarray.core import indexing
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.variables import PARENT_NAMES, RUN_VARIABLES
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.file_content import (
+from baldwinlab.studies.record_files import assign_runs
+from baldwinlab.studies.recorded_arrays import (
     GENERATION,
     NO_INDEX,
     FileContent,
     FileLayout,
+    RecordedArray,
+    RunIndex,
     make_layout,
     open_file,
 )
-from baldwinlab.studies.record_files import assign_runs
-from baldwinlab.studies.recorded_arrays import RecordedArray, RunIndex
 from baldwinlab.studies.store import StudyStore
 
 

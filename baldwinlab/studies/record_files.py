@@ -102,12 +102,10 @@ def _list_names(folder: Path) -> list[tuple[str, bool]]:
 def _parse_file(path: Path, is_file: bool) -> RecordFile:
     match = _NAME_PATTERN.fullmatch(path.name)
     remedy = "remove it, or change its extension"
-    if match is None:
+    if match is None or max(map(int, filter(None, match.groups()))) >= SEED_LIMIT:
         raise StudyError(f"{path} has no name of a record: {remedy}")
     first = int(match[1])
     last = first if match[2] is None else int(match[2])
-    if max(first, last) >= SEED_LIMIT:
-        raise StudyError(f"{path} has no name of a record: {remedy}")
     is_valid_range = match[2] is None or first < last < first + MAX_RUNS_PER_FILE
     if not is_valid_range:
         raise StudyError(

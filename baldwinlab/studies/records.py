@@ -1,4 +1,4 @@
-"""Records of runs: reading, verification and writing of the files of a study.
+"""Records of runs: reading, verification and writing.
 
 A file of records is a netCDF file (version 3) with a checksum. It holds one run, or a batch of runs
 (`core.records`). The condition, seed, runs and experiment in a file must match its path and
@@ -8,11 +8,14 @@ its study.
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
@@ -24,31 +27,26 @@ from baldwinlab.core.netcdf import (
     to_bytes,
     verify_checksum,
 )
+from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM
 from baldwinlab.core.records import as_record, select_attributes, select_record
-from baldwinlab.experiment import BaseExperiment, ExperimentError
-from baldwinlab.simulation.memory import record_bytes
-from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths, require_content
-from baldwinlab.studies.record_files import (
-    RecordFile,
-    StudyError,
-    find_record_file,
-    list_stored_runs,
-    record_path,
+from baldwinlab.core.variables import (
+    COMMON_RECORD_VARIABLES,
+    GENERATION_COUNT,
+    RECORD_VARIABLES,
+    STOP_ATTRIBUTE,
 )
+from baldwinlab.experiment import BaseExperiment, ExperimentError
+from baldwinlab.experiment.toml import from_toml
+from baldwinlab.simulation.memory import record_bytes
+from baldwinlab.studies.record_files import RecordFile, find_record_file, list_stored_runs
+from baldwinlab.studies.record_files import StudyError as StudyError
 
-__all__ = [
-    "DamagedRecordError",
-    "StudyError",
-    "encode_record",
-    "read_attributes",
-    "read_lengths",
-    "read_record",
-    "read_record_file",
-    "read_record_of_file",
-    "record_path",
-    "write_in_study",
-    "write_record",
-]
+# Codes of the NumPy types of integers and floating-point numbers.
+NUMERIC_KIND_CODES: Final = ("i", "f")
+
+Variables = Mapping[Hashable, "xr.Variable"]
+# Time of the last change of a file in nanoseconds, and its size in bytes.
+Version = tuple[int, int]
 
 # Maximum size of names, meanings and the experiment in a record, in bytes.
 MAX_HEADER_BYTES: Final = 4 * 2**20
@@ -57,6 +55,165 @@ MAX_HEADER_BYTES: Final = 4 * 2**20
 MAX_RECORD_BYTES: Final = 8 * 2**30
 # Number of batches in memory. Several threads can read the runs of different batches.
 N_CACHED_BATCHES: Final = 4
+
+
+class DamagedRecordError(StudyError):
+    """Damaged record: its content differs from its checksum."""
+
+
+class RunLengths(NamedTuple):
+    """Lengths of the runs in a file of records."""
+
+    n_generations: npt.NDArray[np.int32]
+    is_stopped: npt.NDArray[np.bool_]  # Whether the stop part has ended the run.
+
+
+def require_content(
+    attributes: Mapping[Any, Any],
+    variables: Variables,
+    file: RecordFile,
+    experiment: BaseExperiment,
+    seed: int,
+) -> RunLengths:
+    """Check that a file has the records of its runs, and return their lengths."""
+    fields = _require_origin(attributes, variables, file, experiment, seed)
+    # After an extension of the study, this is less than the number of generations of the study.
+    n_generations = fields["evolution"]["generations"]
+    run_shape = (len(file.runs),) if file.is_batch else ()
+    is_complete = all(
+        _is_declared(name, variables, file.is_batch) for name in COMMON_RECORD_VARIABLES
+    )
+    shape = (*run_shape, n_generations, experiment.population.size)
+    if not is_complete or variables["energy"].shape != shape:
+        runs = f" of {len(file.runs)} runs" if file.is_batch else ""
+        raise DamagedRecordError(
+            f"it does not contain the variables of {n_generations} generations of "
+            f"{experiment.population.size} agents{runs}"
+        )
+    if not file.is_batch:
+        lengths = RunLengths(
+            np.array([n_generations], np.int32), np.array([STOP_ATTRIBUTE in attributes])
+        )
+        kept_generations = variables["kept_generation"].values[None]
+    else:
+        lengths = _read_lengths(variables, n_generations)
+        kept_generations = variables[KEPT_GENERATIONS].values
+    _require_kept_generations(kept_generations, lengths.n_generations, experiment)
+    return lengths
+
+
+def _require_origin(
+    attributes: Mapping[Any, Any],
+    variables: Variables,
+    file: RecordFile,
+    experiment: BaseExperiment,
+    seed: int,
+) -> dict[str, Any]:
+    """Check the condition, seed, runs and experiment, and return the fields of the experiment."""
+    condition = str(attributes.get("condition", ""))
+    stored_seed = str(attributes.get("seed", ""))
+    if file.is_batch:
+        stored_runs = variables[RUN_DIM].values.tolist() if RUN_DIM in variables else []
+        name = f"runs {stored_runs[0]} to {stored_runs[-1]}" if stored_runs else "no runs"
+        is_same = stored_runs == list(file.runs)
+    else:
+        name = f"run {attributes.get('run', '')}"
+        is_same = name == f"run {file.first}"
+    if not is_same or (condition, stored_seed) != (experiment.name, str(seed)):
+        origin = f"{name} of {condition} with seed {stored_seed}" if condition else "of no study"
+        verb = "belong" if file.is_batch else "belongs"
+        raise DamagedRecordError(
+            f"it is {origin}, and {file} of {experiment.name} with seed {seed} {verb} there"
+        )
+    fields = parse_fields(str(attributes.get("experiment", "")), type(experiment))
+    if not _is_same_run(fields, experiment.to_dict()):
+        raise DamagedRecordError(
+            f"the experiment that it was made with is not that of {experiment.name} in this study"
+        )
+    return fields
+
+
+def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
+    """Return whether a record has the experiment of its study, possibly with fewer generations."""
+    if fields == study_fields:
+        return True
+    generations = fields["evolution"]["generations"]
+    study_evolution = study_fields["evolution"]
+    if not 1 <= generations < study_evolution["generations"]:
+        return False
+    shortened_evolution = study_evolution | {"generations": generations}
+    return fields == study_fields | {"evolution": shortened_evolution}
+
+
+@lru_cache(maxsize=64)
+def parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
+    """Return the fields of the experiment of a record.
+
+    The experiment is parsed once for all runs of a condition. Its class depends on the loaded
+    parts, so `read_as`, the class of the study's experiment, is a part of the key of the cache.
+    """
+    return from_toml(text, source="its experiment", lenient=True).to_dict()
+
+
+def _is_declared(name: str, variables: Variables, is_batch: bool) -> bool:
+    """Return whether a file has a numeric variable with its dimensions and coordinates."""
+    variable = variables.get(name)
+    dims = RECORD_VARIABLES[name].dims
+    labeled_dims = {*variables}
+    if is_batch:
+        dims = (RUN_DIM, *dims)
+        # The generations of the genomes differ between the runs.
+        labeled_dims.add("kept_generation")
+    return (
+        variable is not None
+        and variable.dims == dims
+        and variable.dtype.kind in NUMERIC_KIND_CODES
+        and {*dims} <= labeled_dims
+    )
+
+
+def _read_lengths(variables: Variables, n_generations: int) -> RunLengths:
+    """Return the lengths of the runs of a batch whose longest run has `n_generations`."""
+    n_runs = variables["energy"].sizes[RUN_DIM]
+    counts = variables.get(GENERATION_COUNT)
+    kept_generations = variables.get(KEPT_GENERATIONS)
+    if (
+        counts is None
+        or kept_generations is None
+        or counts.shape != (n_runs,)
+        or kept_generations.dims != (RUN_DIM, "kept_generation")
+        or counts.values.min() < 1
+        or counts.values.max() != n_generations
+    ):
+        raise DamagedRecordError("it does not contain the numbers of generations of its runs")
+    is_stopped = np.zeros(n_runs, np.bool_)
+    if STOP_ATTRIBUTE in variables:
+        names = variables[STOP_ATTRIBUTE].values
+        # A stored text is an array of characters.
+        is_stopped = (names.astype(str) != "").reshape(n_runs, -1).any(axis=1)
+    return RunLengths(counts.values.astype(np.int32), is_stopped)
+
+
+def _require_kept_generations(
+    kept_generations: npt.NDArray[Any],
+    n_generations: npt.NDArray[np.int32],
+    experiment: BaseExperiment,
+) -> None:
+    """Check that the genomes of each run are those of its generations."""
+    interval = experiment.record.genome_every
+    for length in np.unique(n_generations).tolist():
+        expected = [
+            generation
+            for generation in range(length)
+            if generation % interval == 0 or generation == length - 1
+        ]
+        rows = kept_generations[n_generations == length]
+        is_padding = rows[:, len(expected) :] == -1
+        stored = rows[:, : len(expected)]
+        if stored.tolist() != [expected] * len(stored) or not is_padding.all():
+            raise DamagedRecordError(
+                f"the generations of its genomes are not those of record.genome_every = {interval}"
+            )
 
 
 def encode_record(run: xr.Dataset) -> bytes:
@@ -107,19 +264,26 @@ def read_lengths(file: RecordFile, experiment: BaseExperiment, seed: int) -> Run
 
 def _read_batch(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.Dataset:
     """Return a batch of records. A local file is read again only if it has changed."""
-    if not is_local(file.path):
+    version = read_version(file.path)
+    if version is None:
         return _decode_file(file, experiment, seed)
-    try:
-        status = file.path.stat()
-    except OSError as error:
-        raise StudyError(f"{file.path} cannot be read: {error.strerror or error}") from None
-    version = (status.st_mtime_ns, status.st_size)
     return _read_cached_batch(file, experiment, seed, version)
+
+
+def read_version(path: Path) -> Version | None:
+    """Return the version of a local file, None for a remote or missing one."""
+    if not is_local(path):
+        return None
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=N_CACHED_BATCHES)
 def _read_cached_batch(
-    file: RecordFile, experiment: BaseExperiment, seed: int, version: tuple[int, int]
+    file: RecordFile, experiment: BaseExperiment, seed: int, version: Version
 ) -> xr.Dataset:
     return _decode_file(file, experiment, seed)
 
@@ -133,14 +297,10 @@ def _decode_file(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.
 
 
 @lru_cache(maxsize=64)
-def _variable_bytes(experiment: BaseExperiment) -> int:
-    return record_bytes(experiment)
-
-
 def _max_bytes_per_run(experiment: BaseExperiment) -> int:
     """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
-        return 2 * _variable_bytes(experiment) + MAX_HEADER_BYTES
+        return 2 * record_bytes(experiment) + MAX_HEADER_BYTES
     except ExperimentError:
         # The model is not loaded.
         return MAX_RECORD_BYTES
@@ -173,16 +333,8 @@ def read_verified(file: RecordFile, experiment: BaseExperiment) -> Iterator[byte
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
-def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
-    """Store the record of a run without opening its study.
-
-    Raises OSError, also if the study no longer exists.
-    """
-    write_in_study(directory, record_path(directory, condition, run), encode_record(record))
-
-
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
-    """Write a file of a study atomically. Raises OSError as `write_record` does."""
+    """Write a file of a study atomically. Raises OSError, also if the study no longer exists."""
     removal_error = FileNotFoundError(
         errno.ENOENT, "the study has been removed or moved while it ran", str(directory)
     )

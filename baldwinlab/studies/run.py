@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import Final
 
 from baldwinlab.engine.threads import use_threads
+from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.memory import runs_per_file
@@ -18,22 +19,12 @@ from baldwinlab.studies.checkpoints import (
     Interval,
     read_stored_lengths,
 )
-from baldwinlab.studies.executors import THREADS, Executor, available_cores
-from baldwinlab.studies.executors.tasks import count_threads_per_task
+from baldwinlab.studies.executors import THREADS, Executor, count_threads_per_task
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
-from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs
-from baldwinlab.studies.run_task import Callback, Observer, RunTask, count_agent_steps
+from baldwinlab.studies.records import DamagedRecordError, RunLengths
+from baldwinlab.studies.run_task import Callback, Observer, RunTask
 from baldwinlab.studies.store import StudyStore
-
-__all__ = [
-    "RunTask",
-    "available_cores",
-    "count_agent_steps",
-    "find_missing_runs",
-    "plan_tasks",
-    "run_study",
-]
 
 # Maximum number of tasks of a study, unless its workers would have less than two tasks each.
 # See docs/how-to/clusters.md.
@@ -41,6 +32,11 @@ MAX_TASKS: Final = 4000
 MIN_TASKS_PER_WORKER: Final = 2
 
 Progress = AbstractContextManager[Callable[[int], None]]
+
+
+def count_agent_steps(experiment: Experiment) -> int:
+    """Return the number of agent-steps in one run."""
+    return experiment.evolution.generations * experiment.agent_steps
 
 
 def find_missing_runs(

@@ -1,8 +1,8 @@
 """A study on disk: a directory with the experiments as TOML and one record per run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
-    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `input_files`
-    DIR/parts/sense-poison.py                   source of a third-party part: see `input_files`
+    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `study_file`
+    DIR/parts/sense-poison.py                   source of a third-party part: see `study_file`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
     DIR/runs/evo+self-taught/B/0000-0999.nc     records of many small runs
@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +49,7 @@ from baldwinlab.core.records import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.studies.input_files import read_part_records, require_same_parts
 from baldwinlab.studies.progress import remove_ended_processes
-from baldwinlab.studies.record_checks import RunLengths
 from baldwinlab.studies.record_files import (
     RecordFile,
     StudyError,
@@ -60,22 +58,27 @@ from baldwinlab.studies.record_files import (
     find_record_file,
     list_record_files,
     list_stored_runs,
+    record_path,
 )
 from baldwinlab.studies.records import (
+    RunLengths,
+    encode_record,
     read_attributes,
     read_lengths,
     read_record,
     read_record_of_file,
-    write_record,
+    write_in_study,
 )
 from baldwinlab.studies.study_file import (
     describe_changes,
     kind_and_factors,
     read_changes,
     read_first_run,
+    read_part_records,
     read_text_of_study,
     require_checksum,
     require_format,
+    require_same_parts,
     require_valid_contents,
 )
 
@@ -186,8 +189,9 @@ class StudyStore:
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
-        """Store the record of a run. Raises OSError."""
-        write_record(self.directory, condition, run, record)
+        """Store the record of a run. Raises OSError, also if the study no longer exists."""
+        path = record_path(self.directory, condition, run)
+        write_in_study(self.directory, path, encode_record(record))
 
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
         """Read one run.
@@ -202,15 +206,12 @@ class StudyStore:
         """Read one run in its stored form."""
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
-    def records(
-        self, condition: str, selected_runs: Container[int] | None = None
-    ) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each (selected) run, and read each file once."""
+    def records(self, condition: str) -> Iterator[tuple[int, xr.Dataset]]:
+        """Yield the number and the record of each run, and read each file once."""
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:
-                if selected_runs is None or run in selected_runs:
-                    yield run, read_record_of_file(file, experiment, self.seed, run)
+                yield run, read_record_of_file(file, experiment, self.seed, run)
 
     def attributes(self, condition: str, run: int) -> dict[str, Any]:
         """Read the attributes of a record without its arrays. Raises as `record` does."""

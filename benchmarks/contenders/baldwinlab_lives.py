@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.studies.run import available_cores
 from benchmarks.setting import Genomes, Setting, Simulate
 
 # Per core, one after the other.

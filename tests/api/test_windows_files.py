@@ -12,7 +12,7 @@ from baldwinlab import papers
 from baldwinlab.papers.claims import read_claims
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import source_of
-from baldwinlab.studies.sweeps.file import read_sweep
+from baldwinlab.studies.sweeps import read_sweep
 from tests.papers.test_papers import write_paper
 
 PART_FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"

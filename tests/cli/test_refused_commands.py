@@ -10,7 +10,7 @@ import pytest
 
 from baldwinlab.core.errors import InterruptedStudyError, RefusedError
 from baldwinlab.core.files import parse_location
-from baldwinlab.studies.cleanup import remove_if_refused
+from baldwinlab.studies.creation import remove_if_refused
 from tests.commands import Command
 from tests.small_studies import make_small_study
 

@@ -12,7 +12,7 @@ from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 
 # This error ends a worker between two generations. It does not reach the caller.
 from baldwinlab.lab.server.response_queue import UnreadResponseError
-from baldwinlab.studies.executors.tasks import StoppedError
+from baldwinlab.studies.executors import StoppedError
 
 
 def test_all_error_classes_have_the_same_base_class() -> None:

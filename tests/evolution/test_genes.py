@@ -18,9 +18,8 @@ from baldwinlab.evolution.genome_file import encode_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
-from baldwinlab.simulation.branch import evolve_genomes
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.simulate import continue_histories, simulate
+from baldwinlab.simulation.simulate import continue_histories, evolve_genomes, simulate
 from tests.worlds import make_small_experiment
 
 N_AGENTS = 2000

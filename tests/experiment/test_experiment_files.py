@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.studies.sweeps import read_sweep
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep
 from tests.commands import Command
 
 Write = Callable[[str, str], Path]

@@ -16,8 +16,8 @@ from baldwinlab.experiment.paths import combine_settings, nest_settings
 from baldwinlab.experiment.schedule import parse_changes
 from baldwinlab.experiment.toml import format_assignments, from_toml, to_toml
 from baldwinlab.lab.sources.experiment_form import find_errors
+from baldwinlab.studies.sweeps import validate_sweep
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import validate_sweep
 
 EXPERIMENT = bl.load("evo+self-taught/A")
 REGIONS = [{"count": 3, "x": [10, 20], "y": [30.5, 40.0]}]

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -19,11 +19,12 @@ import xarray as xr
 from baldwinlab.simulation import memory
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs
 from baldwinlab.studies.store import StudyStore
-from tests.faults.amount import amount
+from tests.faults import amount
 from tests.faults.test_corruptions import damage
-from tests.small_studies import ignore_message, ignore_progress, shorten_preset
+from tests.small_studies import shorten_preset
+from tests.studies.completion import complete_runs
 
 CONDITION = "evo/A"
 SEED = 5
@@ -36,14 +37,9 @@ EXPERIMENT = shorten_preset(CONDITION).replace(
 FORKED = multiprocessing.get_context("fork")
 
 
-def complete(study: StudyStore, log: Callable[[str], None] = ignore_message) -> None:
-    missing = find_missing_runs(study, RUNS, log)
-    run_study(study, missing, 1, ignore_progress, ignore_message)
-
-
 def complete_in_files(study: StudyStore, runs_per_file: int) -> None:
     memory.MAX_RUNS_PER_FILE = runs_per_file  # type: ignore[misc]
-    complete(study)
+    complete_runs(study, RUNS)
 
 
 def start(study: StudyStore, runs_per_file: int = RUNS_PER_FILE) -> BaseProcess:
@@ -71,7 +67,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     directory = tmp_path_factory.mktemp("finished") / "study"
     with pytest.MonkeyPatch.context() as small_files:
         small_files.setattr(memory, "MAX_RUNS_PER_FILE", RUNS_PER_FILE)
-        complete(create_study(directory, [EXPERIMENT], SEED))
+        complete_runs(create_study(directory, [EXPERIMENT], SEED), RUNS)
     return directory
 
 
@@ -110,7 +106,7 @@ def test_kills_at_any_time_lose_no_stored_batch(tmp_path: Path, expected: xr.Dat
         if len(study.runs(CONDITION)) == RUNS:
             n_studies += 1
             study = create_study(tmp_path / str(n_studies), [EXPERIMENT], SEED)
-    complete(study)
+    complete_runs(study, RUNS)
     require_values(study, expected)
     assert n_batches > 0
 
@@ -126,7 +122,7 @@ def test_damaged_files_are_named_and_their_runs_are_done_again(study: StudyStore
             damaged = damage(content, numbers)
         file.path.write_bytes(damaged)
         messages: list[str] = []
-        complete(study, messages.append)
+        complete_runs(study, RUNS, log=messages.append)
         (message,) = messages
         assert f"{file.path} is damaged" in message or f"{file.path} cannot be" in message
         assert message.endswith("and its runs are done again")
@@ -166,13 +162,13 @@ def test_a_full_disk_keeps_the_stored_batches(
     monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", RUNS_PER_FILE)
     study = create_study(small_disk / "study", [EXPERIMENT], SEED)
     with pytest.raises(OSError, match="no space is left"):
-        complete(study)
+        complete_runs(study, RUNS)
     stored = study.runs(CONDITION)
     assert 0 < len(stored) < RUNS
     assert not list(small_disk.rglob("*.partial"))
     require_values(study, expected)
     subprocess.run(["mount", "-o", "remount,size=8m", str(small_disk)], check=True)
-    complete(study)
+    complete_runs(study, RUNS)
     require_values(study, expected)
     assert study.runs(CONDITION)[: len(stored)] == stored
 
@@ -202,5 +198,5 @@ def complete_as_other_user(study: StudyStore) -> None:
     """Require that the missing runs cannot be stored."""
     os.setuid(65534)
     with pytest.raises(OSError, match=r"ermission denied|read-only"):
-        complete(study)
+        complete_runs(study, RUNS)
     open_runs(study.directory).load()

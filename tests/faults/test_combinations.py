@@ -8,7 +8,7 @@ import pytest
 
 from tests.combinations.draw import draw_random
 from tests.combinations.run import check_row, disable_all_compilation, poison_newborns
-from tests.faults.amount import amount
+from tests.faults import amount
 
 COMBINATIONS_PER_TEST: Final = 5
 

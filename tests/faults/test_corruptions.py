@@ -17,7 +17,7 @@ from baldwinlab.lab.sources.live import Live
 from baldwinlab.lab.sources.studies import summarize
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
-from tests.faults.amount import amount
+from tests.faults import amount
 from tests.small_studies import shorten_preset
 from tests.studies.assays.studies import make_small_study_with_assays
 

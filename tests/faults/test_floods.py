@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from baldwinlab.papers.presets import load
-from tests.faults.amount import amount
+from tests.faults import amount
 from tests.lab.client import CLIENT, LabServer
 from tests.small_studies import make_small_study, shorten_preset
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import string
 import sys
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
@@ -21,11 +23,70 @@ from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.papers.presets import load
 from tests.commands import Outcome
-from tests.faults.amount import amount
-from tests.faults.hostile import INVALID_WORDS, VALUES, WORDS
+from tests.faults import amount
 from tests.lab.client import CLIENT, LabServer
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study
+
+NUMBERS = [
+    "-1",
+    "-0.5",
+    "0.5",
+    "1e3",
+    "0x10",
+    "1_000",
+    "nan",
+    "inf",
+    "\u0661",
+    "\u00bd",
+    "9" * 20,
+    "-" + "9" * 400,
+    "9" * 5000,
+]
+SYMBOLS = [
+    "",
+    " ",
+    "true",
+    "null",
+    "[1]",
+    "{}",
+    "--",
+    "-",
+    "=",
+    "a=b",
+    "a" * 5000,
+    "a\nb",
+    "%s%n",
+    "{0}",
+    "\U0001f4a5",
+    "\x1b[2J",
+    "\x7f",
+]
+PATHS = [
+    "..",
+    "../..",
+    "/dev/null",
+    "/proc/self/mem",
+    "~",
+    "$HOME",
+    "study/study.toml",
+    "no/such/file.nc",
+    "x.avi",
+]
+TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
+_ODD_WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SYMBOLS) | st.sampled_from(PATHS)
+WORDS = _ODD_WORDS | TEXTS
+# Hypothesis also draws constants of the tested code, such as "report". Every number, name and path
+# that a command accepts consists of these characters.
+INVALID_WORDS = _ODD_WORDS | TEXTS.filter(lambda text: not re.fullmatch(r"[\w./:@+-]+", text, re.A))
+
+_keys = st.text(string.ascii_letters + "_.", max_size=12)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | WORDS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_keys, inner, max_size=3),
+    max_leaves=6,
+)
+
 
 # The maximum number of characters of a message.
 MAX_MESSAGE_LENGTH = 3000

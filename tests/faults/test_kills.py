@@ -22,7 +22,7 @@ from baldwinlab.core.variables import RUN_ARRAY_PREFIX
 from baldwinlab.simulation.history import History
 from baldwinlab.studies.checkpoints import Checkpointer
 from baldwinlab.studies.store import StudyStore
-from tests.faults.amount import amount
+from tests.faults import amount
 
 SMALL = ("--set", "evolution.generations=6", "lifetime.steps=2000", "world.start.x=380")
 RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")

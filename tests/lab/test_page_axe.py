@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Page, expect
 
-from baldwinlab.studies.claims_file import write_claims
+from baldwinlab.studies.status import write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import SMALL, LabServer, get_response

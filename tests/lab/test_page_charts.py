@@ -16,7 +16,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab.api.publish import lab_results
-from baldwinlab.studies.assays.storage import encode_assay
+from baldwinlab.studies.assays.results import encode_assay
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations

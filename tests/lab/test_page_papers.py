@@ -11,8 +11,8 @@ from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from baldwinlab import papers
 from baldwinlab.papers.presets import factors, load
-from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.status import write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import LabServer, every_window

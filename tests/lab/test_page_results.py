@@ -15,8 +15,8 @@ import baldwinlab as bl
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.claims_file import CLAIMS_FILE, write_claims
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.status import CLAIMS_FILE, write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_json, read_box
 from tests.small_studies import shorten_preset

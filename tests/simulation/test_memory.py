@@ -158,9 +158,7 @@ def test_the_size_of_a_trace_is_estimated_without_its_attributes() -> None:
     )
 
 
-def test_the_sizes_of_runs_and_tables_are_the_sizes_of_their_variables(
-    tmp_path: Path,
-) -> None:
+def test_the_sizes_of_runs_and_tables_are_the_sizes_of_their_variables(tmp_path: Path) -> None:
     experiment = shorten_preset().replace(record={"genome_every": 3})
     assert memory.dataset_bytes(experiment) == sum(
         variable.nbytes for variable in simulate(experiment).data_vars.values()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +20,13 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.lab.pages.export import render_live_page
-from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.parts import Fitness, per_agent, per_run
 from baldwinlab.parts.loading import load_file, parts_in
-from baldwinlab.simulation.history import History
 from baldwinlab.simulation.replay import recompute_genomes
-from baldwinlab.simulation.simulate import continue_histories, simulate_batch, simulate_histories
-from baldwinlab.studies.checkpoints import Interval
+from baldwinlab.simulation.simulate import simulate_batch, simulate_histories
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import THREADS
-from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
+from tests.small_studies import make_small_study, read_records
+from tests.studies.completion import complete_runs, require_continuable, stop_after_generations
 from tests.worlds import make_small_experiment
 
 PARTS = """
@@ -165,29 +160,18 @@ def test_the_records_of_a_newborn_in_mid_life_begin_at_0() -> None:
 @pytest.mark.parametrize("stored", [1, 3, 5])
 def test_a_continued_run_has_the_bits_of_an_uninterrupted_one(stored: int) -> None:
     experiment = make_experiment()
-    shorter = experiment.replace(evolution={"generations": stored})
-    histories = simulate_histories(shorter, 3, [0, 1])
-    restored = [History(experiment, 3, history.run, history.record()) for history in histories]
-    continue_histories(restored)
-    complete = simulate_histories(experiment, 3, [0, 1])
-    for history, expected in zip(restored, complete, strict=True):
-        assert history.record().identical(expected.record())
+    require_continuable(experiment, stored)
     # The array before the last generation has counted the earlier ones.
-    assert complete[0].record()["run_array.0.fitness.clock.mean_x"].values[1] == 4
+    (complete,) = simulate_histories(experiment, 3, [0])
+    assert complete.record()["run_array.0.fitness.clock.mean_x"].values[1] == 4
 
 
 def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_path: Path) -> None:
     experiment = make_experiment()
     study = create_study(tmp_path / "stopped", [experiment], seed=5)
-    missing = find_missing_runs(study, 2, ignore_message)
-    tasks = plan_tasks(study, missing, 1, CPU.worlds, Interval(generations=1))
-    with closing(THREADS.run(study, tasks, 1, CPU)) as amounts:
-        for _ in zip(range(3), amounts, strict=False):
-            pass
+    stop_after_generations(study, runs=2, count=3)
     assert list(study.directory.rglob("*.checkpoint"))
-    run_study(
-        study, find_missing_runs(study, 2, ignore_message), 1, ignore_progress, ignore_message
-    )
+    complete_runs(study, 2)
     complete = make_small_study(tmp_path / "complete", [experiment], runs=2)
     assert read_records(study.directory) == read_records(complete.directory)
     data = bl.open_study(study.directory).data()

@@ -36,16 +36,6 @@ def test_a_series_records_a_variable_at_the_given_steps_for_the_given_agents() -
     assert eaten.values.dtype == np.uint16
 
 
-def test_recording_can_start_during_a_lifetime() -> None:
-    complete = Series("y", range(STEPS), slice(20))
-    part = Series("y", range(100, 120), slice(20))
-    batch = make_newborn_batch()
-    record_batch(make_newborn_batch(), [complete])
-    batch.simulate(0, 50)
-    record_batch(batch, [part], steps_done=50)
-    assert np.array_equal(part.values, complete.values[100:120])
-
-
 def test_item_moves_give_the_final_positions_of_the_items() -> None:
     trace = replay(shorten_preset(), seed=1)
     moves = ItemMoves(range(40, STEPS))

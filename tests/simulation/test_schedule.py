@@ -9,10 +9,10 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, make_generation
-from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.replay import replay
-from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
+from baldwinlab.simulation.simulate import simulate, simulate_histories
+from tests.studies.completion import require_continuable
 
 LEARNING = bl.load("evo+self-taught/A").replace(
     evolution={"generations": 6}, lifetime={"steps": 150}, world={"start": {"x": 380}}
@@ -66,10 +66,7 @@ def test_a_scheduled_run_is_replayed_bred_again_and_continued_with_the_same_bits
     np.testing.assert_array_equal(trace["eaten"].sum("step").values, run["food_eaten"].values[4])
     genome = restore_genomes(scheduled, run, 4)
     np.testing.assert_array_equal(genome[:, :1], trace["weight_birth"].values)
-    (part,) = simulate_histories(scheduled.replace(evolution={"generations": 4}), 2, [0])
-    continued = History(scheduled, 2, 0, part.record())
-    continue_histories([continued])
-    assert continued.record().identical(history.record())
+    require_continuable(scheduled, 4, seed=2)
 
 
 def test_a_lamarckian_start_is_continued_by_darwinian_inheritance() -> None:

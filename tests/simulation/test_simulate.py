@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import baldwinlab as bl
 from baldwinlab.core.variables import RUN_VARIABLES
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.simulate import simulate, simulate_batch, simulate_histories
+from baldwinlab.simulation.reevaluation import restore_genomes
+from baldwinlab.simulation.simulate import (
+    evolve_genomes,
+    simulate,
+    simulate_histories,
+)
 from baldwinlab.studies.records import encode_record
 from tests.small_studies import shorten_preset
+from tests.worlds import make_small_experiment
 
 
 def test_a_run_contains_the_declared_variables_with_dimensions_types_and_units() -> None:
@@ -83,11 +90,31 @@ def test_an_unfinished_run_of_a_batch_equals_a_run_of_fewer_generations() -> Non
             history.dataset().copy(deep=True) for history in histories
         ]
 
-    final = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
+    final = simulate_histories(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
     assert list(datasets) == [1, 2, 3, 4, 5]
     for generations, runs in datasets.items():
         shorter = experiment.replace(evolution={"generations": generations})
         for run, number in zip(runs, (0, 4), strict=True):
             xr.testing.assert_identical(run, simulate(shorter, seed=1, run=number))
-    for run, same in zip(final, datasets[5], strict=True):
-        xr.testing.assert_identical(run, same)
+    for history, same in zip(final, datasets[5], strict=True):
+        xr.testing.assert_identical(history.dataset(), same)
+
+
+@pytest.mark.parametrize("first", [0, 2, 5])
+def test_a_branch_from_the_genomes_of_a_generation_is_the_rest_of_the_run(first: int) -> None:
+    experiment = make_small_experiment("evo+self-taught", evolution={"generations": 6})
+    records = [bl.simulate(experiment, seed=4, run=run) for run in (1, 3)]
+    genomes = np.stack([restore_genomes(experiment, record, first) for record in records])
+    n_calls = 0
+
+    def count_call() -> None:
+        nonlocal n_calls
+        n_calls += 1
+
+    # The number of generations of the experiment does not matter.
+    short = experiment.replace(evolution={"generations": 1})
+    branch = evolve_genomes(short, 4, (1, 3), range(first, 6), genomes, after_generation=count_call)
+    for index, record in enumerate(records):
+        assert np.array_equal(branch.fitness[index], record.energy[first:])
+        assert np.array_equal(branch.genomes[index], record.genome[-1])
+    assert n_calls == 6 - first

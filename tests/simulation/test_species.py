@@ -14,10 +14,10 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import record_variables
 from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.evolution.species import derive_seed
-from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import reevaluate, reevaluate_species, restore_genomes
-from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_batch
+from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.catalog import get_assay
+from tests.studies.completion import require_continuable
 
 INNATE = {"name": "innate", "size": 5, "hinton_nowlan": {"guessing": False}}
 GUESSING = {"name": "guessing", "size": 15}
@@ -85,14 +85,9 @@ def test_a_run_has_the_same_bits_in_every_batch(experiment: Any) -> None:
 
 @pytest.mark.parametrize("experiment", [NEEDLE, ACROSS])
 def test_a_continued_run_has_the_bits_of_an_uninterrupted_run(experiment: Any) -> None:
-    short = experiment.replace(evolution={"generations": 4})
-    (shortened,) = simulate_batch(short, 2, [0])
-    record = History(short, 2, 0)
-    continue_histories([record])
-    history = History(experiment, 2, 0, record=record.record())
-    continue_histories([history])
-    assert_equal(history.dataset(), simulate(experiment, seed=2))
-    assert_equal(shortened, history.dataset().isel(generation=slice(4)))
+    require_continuable(experiment, 4, seed=2)
+    shortened = simulate(experiment.replace(evolution={"generations": 4}), seed=2)
+    assert_equal(shortened, simulate(experiment, seed=2).isel(generation=slice(4)))
 
 
 def test_learned_alleles_are_inherited_by_one_species() -> None:

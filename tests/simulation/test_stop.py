@@ -13,8 +13,9 @@ from baldwinlab.api.checks.evolution import compare_stop
 from baldwinlab.api.checks.fixture import PartGroup
 from baldwinlab.experiment import BaseExperiment, ExperimentError, assign
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
+from baldwinlab.simulation.simulate import simulate, simulate_histories
 from tests.oracles.parts import use_oracles
+from tests.studies.completion import require_continuable
 
 GENERATIONS = 8
 RUNS = range(4)
@@ -193,17 +194,7 @@ def test_a_run_stops_when_its_fitness_no_longer_increases(generations: int) -> N
 @pytest.mark.parametrize("stored", [1, 3, 5])
 def test_a_run_with_a_stagnation_continues_from_a_record_to_the_same_bits(stored: int) -> None:
     experiment = make_experiment(stop="stagnation", stagnation={"generations": 3})
-    shorter = experiment.replace(evolution={"generations": stored})
-    restored = [
-        History(experiment, 3, history.run, history.record())
-        for history in simulate_histories(shorter, 3, RUNS)
-        if not history.is_stopped
-    ]
-    assert restored
-    continue_histories(restored)
-    expected = simulate_histories(experiment, 3, [history.run for history in restored])
-    for continued, complete in zip(restored, expected, strict=True):
-        assert continued.record().identical(complete.record())
+    require_continuable(experiment, stored, runs=RUNS)
 
 
 STOPS: dict[str, dict[str, Any]] = {

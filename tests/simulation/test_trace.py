@@ -1,4 +1,4 @@
-"""Traces of populations with several species, repeatedst the runs that they repeat."""
+"""A trace is the lifetime of a stored run, step by step, also with several species."""
 
 from __future__ import annotations
 
@@ -11,11 +11,40 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.variables import trace_variables
+from baldwinlab.core.variables import TRACE_VARIABLES, trace_variables
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.memory import dimension_sizes
-from baldwinlab.simulation.replay import replay_genomes
+from baldwinlab.simulation.replay import replay, replay_genomes
+from baldwinlab.simulation.simulate import simulate
+from tests.small_studies import shorten_preset
 from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation
+
+
+def test_a_trace_contains_the_declared_variables() -> None:
+    trace = replay(shorten_preset(), seed=1)
+    assert {*trace.data_vars, "action"} == set(TRACE_VARIABLES)
+    for name, variable in TRACE_VARIABLES.items():
+        assert trace[name].dims == variable.dims
+        assert trace[name].dtype == variable.dtype
+    assert trace.sizes["step"] == 300
+    assert set(np.unique(trace.heading % 9)) == {0}
+
+
+def test_the_energy_of_a_larger_population_in_the_dataset_has_no_effect() -> None:
+    experiment = shorten_preset("evo/A")
+    energy = simulate(experiment, seed=1).energy
+    padded = energy.pad(agent=(0, 2))
+    expected = replay(experiment, seed=1, generation=1, energy=energy)
+    xr.testing.assert_identical(replay(experiment, seed=1, generation=1, energy=padded), expected)
+
+
+@pytest.mark.parametrize("generation", [-1, 3])
+def test_a_generation_out_of_range_is_refused(generation: int) -> None:
+    with pytest.raises(
+        ValueError, match=f"generation = {generation} must be a whole number from 0 to 2"
+    ):
+        replay(shorten_preset(), seed=1, generation=generation)
+
 
 SEED = 5
 GENERATION = 2

@@ -1,15 +1,22 @@
-"""Simulate the missing runs and assays of a study, without messages."""
+"""Simulate missing runs and assays without messages, stop and continue them, and read files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.checkpoints import Interval
+from baldwinlab.studies.executors import THREADS
+from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress
 
@@ -39,6 +46,32 @@ def count_progress(
         yield step_counts.append
 
     return append_steps
+
+
+def stop_after_generations(study: StudyStore, runs: int, count: int) -> None:
+    """Simulate `count` generations of the missing runs with a checkpoint each, and stop."""
+    missing = find_missing_runs(study, runs, ignore_message)
+    tasks = plan_tasks(study, missing, 1, CPU.worlds, Interval(generations=1))
+    with closing(THREADS.run(study, tasks, 1, CPU)) as amounts:
+        for _ in islice(amounts, count):
+            pass
+
+
+def require_continuable(
+    experiment: BaseExperiment, stored: int, seed: int = 3, runs: Sequence[int] = (0, 1)
+) -> None:
+    """Require that runs continue from `stored` generations with the bits of complete runs."""
+    shorter = experiment.replace(evolution={"generations": stored})
+    restored = [
+        History(experiment, seed, history.run, history.record())
+        for history in simulate_histories(shorter, seed, runs)
+        if not history.is_stopped
+    ]
+    assert restored
+    continue_histories(restored)
+    complete = simulate_histories(experiment, seed, [history.run for history in restored])
+    for history, expected in zip(restored, complete, strict=True):
+        assert history.record().identical(expected.record())
 
 
 def fail_without_space(handle: int) -> None:

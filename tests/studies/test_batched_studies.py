@@ -15,7 +15,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies import record_writer, records
+from baldwinlab.studies import records, run_task
 from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
@@ -90,7 +90,7 @@ def test_a_study_of_single_files_continues_with_batches(
     tmp_path: Path, oracle: Records, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as earlier:
-        earlier.setattr(record_writer, "runs_per_file", lambda experiment: 1)
+        earlier.setattr(run_task, "runs_per_file", lambda experiment: 1)
         earlier.setattr(memory, "MAX_RUNS_PER_FILE", 1)
         study = make_study(tmp_path, runs=15)
     single_names = [f"{run:04d}.nc" for run in range(15)]

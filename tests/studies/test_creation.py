@@ -14,9 +14,9 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
 from baldwinlab.studies import creation
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.input_files import save_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import save_sources
 from tests.small_studies import shorten_preset
 
 ROUNDS = range(30)
@@ -89,9 +89,7 @@ def test_an_exclusive_write_does_not_replace_an_existing_file(tmp_path: Path) ->
         assert [file.name for file in path.parent.iterdir()] == ["study.toml"]
 
 
-def test_the_stored_source_of_a_part_is_not_replaced(
-    tmp_path: Path,
-) -> None:
+def test_the_stored_source_of_a_part_is_not_replaced(tmp_path: Path) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
     save_sources(tmp_path, [first])
     save_sources(tmp_path, [first])

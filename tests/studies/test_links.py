@@ -1,12 +1,18 @@
-"""No command writes through a link that leads out of a study. A study itself can be a link."""
+"""No command writes through a link that leads out of a study, or computes for a read-only study."""
 
 from __future__ import annotations
 
 import os
+import stat
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
+import baldwinlab
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import append_line, write_atomically
 from baldwinlab.core.files import SESSIONS_FILE
@@ -16,7 +22,6 @@ from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records, shorten_preset
 from tests.studies.completion import read_files
-from tests.studies.test_read_only import RUN_ONE_MORE
 
 SESSION = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
 
@@ -98,9 +103,7 @@ def test_a_cyclic_link_is_refused(tmp_path: Path) -> None:
         write_atomically(study.directory / "figures" / "fitness.svg", b"new")
 
 
-def test_links_inside_a_study_and_explicit_parent_paths_are_followed(
-    tmp_path: Path,
-) -> None:
+def test_links_inside_a_study_and_explicit_parent_paths_are_followed(tmp_path: Path) -> None:
     study = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1).directory
     (study / "pictures").mkdir()
     (study / "figures").symlink_to("pictures")
@@ -154,3 +157,87 @@ def test_a_link_is_refused_before_anything_is_computed(
     assert "is a link" in result.err
     assert read_files(outside) == before
     assert read_records(tmp_path / "study") == study_before
+
+
+AS_USER = """
+import os, sys
+from baldwinlab.cli import main
+import baldwinlab.api.study, baldwinlab.api.report, baldwinlab.api.run_study
+if os.getuid() == 0:
+    os.setuid(65534)  # root may write into folders that are read-only
+sys.argv = ["baldwinlab", *sys.argv[1:]]
+main()
+"""
+SETTINGS = (
+    "evolution.generations=3",
+    "lifetime.steps=300",
+    "world.start.x=400",
+    "world.start.y=160",
+)
+RUN_ONE_MORE = ("run", "evo/A", "--set", *SETTINGS, "--seed", "5", "--runs", "2", "--out", "study")
+# Folders that the command reads.
+FOLDERS_TO_READ = (Path(baldwinlab.__file__).parent, Path(sys.prefix), Path(sys.base_prefix))
+
+
+def is_open_to_all(path: Path) -> bool:
+    """Return whether all users can access a folder. A command of the root user changes its user."""
+    return all(folder.stat().st_mode & stat.S_IXOTH for folder in (path, *path.parents))
+
+
+needs_other_user = pytest.mark.skipif(
+    not hasattr(os, "getuid")
+    or (os.getuid() == 0 and not all(map(is_open_to_all, FOLDERS_TO_READ))),
+    reason="no user without write permission is available",
+)
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    """Return a folder with a read-only study that all users can read."""
+    with tempfile.TemporaryDirectory() as name:
+        path_of_folder = Path(name)
+        make_small_study(path_of_folder / "study", [shorten_preset("evo/A")], runs=1)
+        for path in [path_of_folder, *path_of_folder.rglob("*")]:
+            path.chmod(0o555 if path.is_dir() else 0o444)
+        yield path_of_folder
+        for path in [path_of_folder, *path_of_folder.rglob("*")]:
+            path.chmod(0o755 if path.is_dir() else 0o644)
+
+
+def run_as_user(folder: Path, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", AS_USER, *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@needs_other_user
+@pytest.mark.parametrize(
+    ("words", "file"),
+    [
+        (RUN_ONE_MORE, "study/runs/evo/A/0001.nc"),
+        pytest.param(
+            ("assay", "study", "--assays", "innate"),
+            "study/assays/innate/evo/A.nc",
+            marks=pytest.mark.nightly,
+        ),
+        (("report", "study"), "study/claims.json"),
+    ],
+    ids=["run", "assay", "report"],
+)
+def test_a_read_only_study_is_refused_before_the_simulation(
+    folder: Path, words: tuple[str, ...], file: str
+) -> None:
+    result = run_as_user(folder, words)
+    assert result.returncode == 2
+    error = " ".join(result.stderr.split())
+    assert f"{file} cannot be written: " in error
+    assert "is read-only. Copy the study to a folder that can be written" in error
+    assert "the engine" not in result.stdout
+    assert ".partial" not in result.stderr
+
+
+@needs_other_user
+@pytest.mark.nightly
+def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
+    result = run_as_user(folder, [*RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"])
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "runs are already stored" in result.stdout

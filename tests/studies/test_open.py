@@ -14,7 +14,7 @@ import baldwinlab as bl
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
-from baldwinlab.studies import file_content, record_writer, recorded_arrays
+from baldwinlab.studies import recorded_arrays, run_task
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.lazy_runs import make_empty_dataset
 from baldwinlab.studies.open import label_conditions, open_conditions, open_runs
@@ -141,7 +141,7 @@ def choose_indices(size: int, numbers: random.Random) -> int | slice | Sequence[
 def test_runs_in_single_files_batches_and_overlapping_files_are_one_dataset(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(record_writer, "MIN_RUNS_PER_BATCH", 2)
+    monkeypatch.setattr(run_task, "MIN_RUNS_PER_BATCH", 2)
     monkeypatch.setattr(memory, "MIN_RUNS_PER_BATCH", 2)
     experiments = [make_experiment("a"), make_experiment("b")]
     study = make_small_study(tmp_path, experiments, 10, SEED, workers=1)
@@ -183,13 +183,13 @@ def test_opening_reads_no_values_and_a_value_is_read_once(
 ) -> None:
     study = make_small_study(tmp_path, [make_experiment("a")], RUNS, SEED, workers=1)
     reads: list[str] = []
-    read = file_content._read_part
+    read = recorded_arrays._read_part
 
     def record_read(path: Path, name: str) -> object:
         reads.append(name)
         return read(path, name)
 
-    monkeypatch.setattr(file_content, "_read_part", record_read)
+    monkeypatch.setattr(recorded_arrays, "_read_part", record_read)
     data = open_conditions(study, ["a"])
     assert reads == []
     for run in range(RUNS):

@@ -6,8 +6,6 @@ Commands that simulate need the same parts again.
 from __future__ import annotations
 
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
@@ -189,16 +187,3 @@ def test_dask_workers_receive_the_part(tmp_path: Path) -> None:
         on_dask.assay("neutral", executor=executor)
     bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL).assay("neutral")
     assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads")
-
-
-def test_the_command_line_runs_a_custom_model(tmp_path: Path) -> None:
-    bits = tmp_path / "bits.toml"
-    bits.write_text(
-        'name = "bits"\nmodel = "bit-strings"\n'
-        "[population]\nsize = 30\n[evolution]\ngenerations = 3\n"
-    )
-    command = [sys.executable, "-m", "baldwinlab", "run", str(bits), "--part", str(FILE)]
-    out = ["--runs", "1", "--out", str(tmp_path / "out")]
-    done = subprocess.run([*command, *out], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert bl.open_study(tmp_path / "out").data().energy.sizes["generation"] == 3

@@ -1,8 +1,9 @@
-"""A record is read only if it is complete and belongs to its condition, run and seed."""
+"""A file of records states its runs in its name, and is read only if it belongs to them."""
 
 from __future__ import annotations
 
 import hashlib
+import random
 import re
 import shutil
 import struct
@@ -20,7 +21,17 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record, write_record
+from baldwinlab.studies.record_files import (
+    RecordFile,
+    StoredRuns,
+    assign_runs,
+    find_record_file,
+    list_record_files,
+    list_stored_runs,
+    record_name,
+    split_runs,
+)
+from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import add_checksum
@@ -32,6 +43,82 @@ from tests.small_studies import (
     shorten_preset,
 )
 from tests.studies.completion import complete_runs
+
+
+def touch(folder: Path, *ranges: tuple[int, int]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for first, last in ranges:
+        (folder / record_name(first, last)).touch()
+
+
+def find_holder(files: list[RecordFile], run: int) -> RecordFile:
+    """Return the narrowest file of a run, by a search over all files."""
+    holders = [file for file in files if file.first <= run <= file.last]
+    return min(holders, key=lambda file: (file.last - file.first, file.first))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_each_run_belongs_to_the_narrowest_of_any_files(tmp_path: Path, seed: int) -> None:
+    numbers = random.Random(seed)
+    ranges = []
+    for _ in range(numbers.randint(1, 12)):
+        first = numbers.randint(0, 60)
+        ranges.append((first, first + numbers.choice([0, 0, 1, 5, 20])))
+    folder = tmp_path / "runs" / "evo/A"
+    touch(folder, *ranges)
+    (folder / "0005.checkpoint").touch()
+    (folder / ".0007.nc.partial").touch()
+    files = list_record_files(folder)
+    assert sorted((file.first, file.last) for file in files) == sorted(set(ranges))
+    stored = sorted({run for first, last in ranges for run in range(first, last + 1)})
+    assert list_stored_runs(folder) == stored
+    assigned = {run: entry.file for entry in assign_runs(files) for run in entry.runs}
+    assert assigned == {run: find_holder(files, run) for run in stored}
+    for run in range(90):
+        file = find_record_file(tmp_path, "evo/A", run)
+        expected = assigned.get(run, RecordFile(folder / record_name(run), run, run))
+        assert file == expected
+
+
+def test_a_condition_without_a_folder_has_no_files(tmp_path: Path) -> None:
+    assert list_record_files(tmp_path / "runs" / "evo/A") == []
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "0005-0005.nc",
+        "0009-0003.nc",
+        "0000-1000.nc",
+        "000-009.nc",
+        "00000-0009.nc",
+        "0000-0009-0012.nc",
+        "0000_0009.nc",
+        "2147483640-2147483648.nc",
+        "-0009.nc",
+        "1.nc",
+        "00001.nc",
+        "99999999999.nc",
+        "2147483648.nc",
+        "mine.nc",
+    ],
+)
+def test_an_invalid_name_of_a_file_is_one_clear_error(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.touch()
+    with pytest.raises(StudyError, match=f"{re.escape(str(path))} has no name of a record"):
+        list_record_files(tmp_path)
+
+
+def test_runs_are_split_where_they_are_not_consecutive_or_change_their_file() -> None:
+    def entry(first: int, last: int) -> StoredRuns:
+        file = RecordFile(Path(record_name(first, last)), first, last)
+        return StoredRuns(file, file.runs)
+
+    holders = [entry(3, 5), entry(6, 9)]
+    groups = split_runs([8, 1, 2, 3, 4, 6, 7, 12, 11, 20], holders)
+    assert list(groups) == [[1, 2], [3, 4], [6, 7, 8], [11, 12], [20]]
+    assert list(split_runs([], holders)) == []
 
 
 def test_a_run_is_read_from_its_record_unchanged_also_with_scipy(tmp_path: Path) -> None:
@@ -179,14 +266,14 @@ def test_no_record_is_written_if_the_study_was_removed(tmp_path: Path, removal: 
         run_study(study, {"evo/A": [0, 1]}, 1, ignore_progress, ignore_message)
     assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
     with pytest.raises(FileNotFoundError):
-        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
+        study.write("evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 def test_a_study_that_is_moved_while_a_record_is_written_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     directory = tmp_path / "study"
-    create_study(directory, [shorten_preset("evo/A")], seed=5)
+    study = create_study(directory, [shorten_preset("evo/A")], seed=5)
 
     def move_study_and_write(path: Path, content: bytes) -> None:
         directory.rename(tmp_path / "elsewhere")
@@ -194,7 +281,7 @@ def test_a_study_that_is_moved_while_a_record_is_written_is_reported(
 
     monkeypatch.setattr(records, "write_atomically", move_study_and_write)
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
-        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
+        study.write("evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 @pytest.mark.parametrize(
@@ -255,9 +342,7 @@ def test_a_changed_number_in_the_header_is_reported_even_if_the_checksum_matches
     study.read("evo/A", 0)
 
 
-def test_a_run_can_be_read_without_its_genomes(
-    tmp_path: Path,
-) -> None:
+def test_a_run_can_be_read_without_its_genomes(tmp_path: Path) -> None:
     study = make_small_study(
         tmp_path / "study", [shorten_preset().replace(record={"genome_every": 3})], runs=1
     )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,7 +22,8 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import RunTask, find_missing_runs
+from baldwinlab.studies.run import find_missing_runs
+from baldwinlab.studies.run_task import RunTask
 from tests.small_studies import (
     ignore_message,
     make_small_study,
@@ -89,9 +92,7 @@ def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None
     )
 
 
-def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
-    tmp_path: Path,
-) -> None:
+def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
     misplaced = study.path("evo/A", 7)
     shutil.copy(study.path("evo/A", 1), misplaced)
@@ -145,3 +146,64 @@ def test_a_study_in_an_object_store_equals_a_study_in_a_folder(tmp_path: Path) -
     assert len(list(in_store.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
         create_study(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
+
+
+# Interrupts the main thread when its function number N returns, for all N until the first event.
+INTERRUPTED_TASKS = """
+import signal, sys, time
+from types import SimpleNamespace
+from baldwinlab.studies.executors import run_on_threads
+
+
+class Task:
+    def run(self, seed, directory, backend, report_progress):
+        # Only an interruption ends the task.
+        while True:
+            report_progress(1)
+            time.sleep(0.001)
+
+
+def interrupt(number):
+    returns = 0
+
+    def trace(frame, event, argument):
+        nonlocal returns
+        # Without the generator's own returns, after which no code of it would run.
+        returns += event == "return" and frame.f_code is not run_on_threads.__code__
+        if returns == number:
+            sys.settrace(None)
+            signal.raise_signal(signal.SIGINT)
+        return trace
+
+    study = SimpleNamespace(seed=1, directory=None)
+    events = run_on_threads(study, [Task(), Task(), Task()], 2, None, None)
+    sys.settrace(trace)
+    try:
+        next(events)
+        return False
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(None)
+        events.close()
+
+
+# A shell ignores the signal in background jobs.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+number = 1
+while interrupt(number):
+    number += 1
+print(number)
+"""
+
+
+def test_an_interruption_at_any_moment_of_the_start_stops_all_threads() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_TASKS],
+        capture_output=True,
+        text=True,
+        # The limit only ends a program that hangs.
+        timeout=180,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 50

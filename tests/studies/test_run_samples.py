@@ -11,14 +11,14 @@ import xarray as xr
 from baldwinlab.api.claims import evaluate_claims
 from baldwinlab.api.study import Study
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies import run_samples
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.open import open_runs, open_sample
-from baldwinlab.studies.run_samples import (
+from baldwinlab.studies.open import (
     MAX_SAMPLED_RUNS,
     MIN_SAMPLED_RUNS,
     count_sampled_runs,
     describe_sample,
+    open_runs,
+    open_sample,
     sample_runs,
 )
 from baldwinlab.studies.store import StudyStore
@@ -45,7 +45,7 @@ def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def study(directory: Path, monkeypatch: pytest.MonkeyPatch) -> StudyStore:
-    monkeypatch.setattr(run_samples, "MAX_SAMPLED_RUNS", SAMPLED)
+    monkeypatch.setattr("baldwinlab.studies.open.MAX_SAMPLED_RUNS", SAMPLED)
     return StudyStore(directory)
 
 

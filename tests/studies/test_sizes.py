@@ -19,7 +19,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs
-from baldwinlab.studies.sweeps.file import read_sweep as read_sweep
+from baldwinlab.studies.sweeps import read_sweep as read_sweep
 from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 HUGE = 20 * 10**9

@@ -1,4 +1,4 @@
-"""The status of a study states stored and missing runs, speed, processes and failures."""
+"""The status states runs, speed, processes and failures. Verdicts are read if they fit the runs."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ import sys
 import time
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from baldwinlab.studies import progress
 from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile, read_progress
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.status import read_status
+from baldwinlab.studies.status import CLAIMS_FILE, read_claims, read_status, write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
 from tests.studies.completion import fail_without_space
 from tests.studies.test_batched_studies import CONDITION, SEED, make_experiment, make_study
-from tests.studies.test_record_writer import EXPERIMENTS
+from tests.studies.test_run_task import EXPERIMENTS
 
 
 def test_a_new_study_has_no_runs_and_no_process(tmp_path: Path) -> None:
@@ -168,3 +170,59 @@ def test_progress_is_not_written_into_a_removed_study(tmp_path: Path) -> None:
     )
     file.close()
     assert not (tmp_path / "study").exists()
+
+
+VERDICTS: list[dict[str, Any]] = [
+    {"id": "C1", "verdict": "undecided", "effect": 1.5},
+    {"id": "C2", "verdict": "holds", "effect": None},
+]
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> StudyStore:
+    return make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2)
+
+
+def test_claims_are_read_as_they_were_written(study: StudyStore) -> None:
+    assert read_claims(study) == []
+    write_claims(study, VERDICTS)
+    assert read_claims(study) == VERDICTS
+
+
+def test_a_manually_changed_file_is_refused(study: StudyStore) -> None:
+    write_claims(study, VERDICTS)
+    path = study.directory / CLAIMS_FILE
+    stored = json.loads(path.read_text())
+    for changed in (
+        stored | {"claims": [VERDICTS[0] | {"verdict": "holds"}, VERDICTS[1]]},
+        stored | {"claims": [VERDICTS[0] | {"effect": 2.5}, VERDICTS[1]]},
+        stored | {"claims": [*VERDICTS, VERDICTS[0]]},
+        stored | {"records": "0" * 64},
+        *(5, {}, {"claims": 5}, {"claims": [5]}, None, "claims", VERDICTS),
+    ):
+        path.write_text(json.dumps(changed))
+        message = r"claims\.json was not written by a report; `baldwinlab report .*` makes it"
+        with pytest.raises(StudyError, match=message):
+            read_claims(study)
+
+
+def test_claims_about_different_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
+    write_claims(study, VERDICTS)
+    grown = make_small_study(study.directory, [shorten_preset("evo/A")], runs=3)
+    second = make_small_study(tmp_path / "other", [shorten_preset("evo/A")], runs=3, seed=6)
+    write_claims(second, VERDICTS)
+    for path in (grown.directory / CLAIMS_FILE, second.directory / CLAIMS_FILE):
+        (grown.directory / CLAIMS_FILE).write_bytes(path.read_bytes())
+        message = "was decided by other runs than those that are stored now"
+        with pytest.raises(StudyError, match=message):
+            read_claims(grown)
+
+
+def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None:
+    (study.directory / CLAIMS_FILE).touch()
+    os.truncate(study.directory / CLAIMS_FILE, 20 * 10**9)
+    with pytest.raises(
+        StudyError,
+        match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may",
+    ):
+        read_claims(study)

@@ -16,8 +16,8 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path
 from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.executors import THREADS

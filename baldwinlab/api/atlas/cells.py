@@ -21,8 +21,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays import innate
-from baldwinlab.studies.assays.assay import LIFE_KINDS, Sample
+from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import (
     BRANCH_GENERATIONS,

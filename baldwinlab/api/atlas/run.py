@@ -40,12 +40,11 @@ from baldwinlab.papers.atlas_design import (
 )
 from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.cleanup import remove_if_refused
-from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.creation import create_study, remove_if_refused
 from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, label_points
-from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 
 CELL_FOLDER: Final = "cells"
 

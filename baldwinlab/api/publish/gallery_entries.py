@@ -14,10 +14,10 @@ from baldwinlab.experiment.conditions import CONDITIONS
 from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
 from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.design import CONFIRMATION_FOLDER
-from baldwinlab.studies.assays import storage
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
-from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_sample
+from baldwinlab.studies.status import read_claims
 from baldwinlab.studies.store import StudyStore
 
 
@@ -111,7 +111,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
 
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
-    assays = storage.read_assays(study)
+    assays = read_assays(study)
     # Not an assay of the Baldwin effect.
     assays.pop(UNSEEN_MAPS, None)
     conditions_with_runs = [name for name in study.experiments if study.runs(name)]

@@ -28,12 +28,8 @@ from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparis
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
-from baldwinlab.experiment.outcome import (
-    combine_outcomes,
-    describe_measures,
-    name_food_outcome,
-)
-from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.experiment.outcome import combine_outcomes, describe_measures, name_food_outcome
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

@@ -15,9 +15,8 @@ from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.core import console
 from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
-from baldwinlab.studies.open import open_sample
+from baldwinlab.studies.open import format_sample_sentence, open_sample
 from baldwinlab.studies.run import Progress
-from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.store import StudyStore
 
 MULTIVERSE_FILE: Final = "multiverse.json"

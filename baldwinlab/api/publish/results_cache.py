@@ -15,7 +15,7 @@ from baldwinlab.api.publish.lab_results import compute_results
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, read_text
-from baldwinlab.studies.claims_file import digest_records
+from baldwinlab.studies.status import digest_records
 from baldwinlab.studies.store import StudyStore
 
 CACHE_FILE: Final = "results.json"

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.outcome import describe_measures
-from baldwinlab.studies.run_samples import sample_runs
+from baldwinlab.studies.open import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 DEFAULT_LAST: Final = 10

@@ -27,7 +27,7 @@ from baldwinlab.papers.design import (
     Design,
     digest_files,
 )
-from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.store import StudyStore
 

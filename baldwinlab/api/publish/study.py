@@ -42,12 +42,11 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
-from baldwinlab.studies.assays import storage
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
-from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.run import Progress
-from baldwinlab.studies.status import provenance
+from baldwinlab.studies.status import provenance, write_claims
 from baldwinlab.studies.store import StudyStore
 
 NO_PAIRS = "No two successive generations of the stored assay innate have values of the trait."
@@ -77,7 +76,7 @@ def publish_study(
     """
     study = plan.study
     study.require_runs()
-    unseen_maps = storage.read_assays(study, [UNSEEN_MAPS]).get(UNSEEN_MAPS, {})
+    unseen_maps = read_assays(study, [UNSEEN_MAPS]).get(UNSEEN_MAPS, {})
     n_files = sum(len(study.files(name)) for name in study.experiments)
     with progress("reading", n_files, "files") as report_file:
         data = open_sample(study, list(study.experiments), report_file)
@@ -128,7 +127,7 @@ def _write_report(
 ) -> None:
     """Write the report with the assays and the multiverse that are stored now."""
     study = plan.study
-    stored = storage.read_assays(study)
+    stored = read_assays(study)
     assays = select_with_quantities(stored)
     analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)

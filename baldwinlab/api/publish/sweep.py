@@ -18,8 +18,7 @@ from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparis
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run_samples import format_sample_sentence
+from baldwinlab.studies.open import format_sample_sentence, open_sample
 from baldwinlab.studies.status import provenance
 from baldwinlab.studies.sweeps.design import label_points
 

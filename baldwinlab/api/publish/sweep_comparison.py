@@ -12,8 +12,8 @@ from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, name_points
-from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 
 # With more points, the correction for multiple tests leaves few significant differences.
 MAX_COMPARED_POINTS: Final = 100

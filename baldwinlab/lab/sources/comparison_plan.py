@@ -28,8 +28,8 @@ from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.run import count_agent_steps
+from baldwinlab.studies.sweeps import validate_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
-from baldwinlab.studies.sweeps.file import validate_sweep
 
 # One core stays free for the page.
 WORKERS: Final = max(1, available_cores() - 1)

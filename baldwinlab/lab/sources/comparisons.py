@@ -18,7 +18,7 @@ from baldwinlab.lab.sources.comparison_plan import WORKERS, ComparisonPlan, make
 from baldwinlab.lab.sources.live import choose_study_directory
 from baldwinlab.lab.sources.query import Query
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors.tasks import StoppedError
+from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME

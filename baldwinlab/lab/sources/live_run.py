@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.executors.tasks import StoppedError
+from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.records import StudyError
 
 MAX_SECONDS_PER_GENERATION: Final = 60.0

@@ -18,8 +18,8 @@ from baldwinlab.lab.sources.query import Query, read_text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.paper import CARD_FILE
-from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.status import CLAIMS_FILE, read_claims
 from baldwinlab.studies.store import StudyStore
 
 # The number of runs in the form of a live run at opening.

@@ -15,9 +15,9 @@ from baldwinlab.lab.sources.study_access import (
     read_versions,
     require_inside,
 )
-from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.status import CLAIMS_FILE, read_claims
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
 

@@ -22,8 +22,8 @@ from baldwinlab.lab.sources.study_access import (
     list_study_names,
     require_inside,
 )
-from baldwinlab.studies.input_files import PartRecord, stored_source
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import PartRecord, stored_source
 from baldwinlab.studies.sweeps import design as sweeps
 
 # Placeholder of a file whose path only the user knows.

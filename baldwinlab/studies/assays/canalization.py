@@ -22,7 +22,7 @@ from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.mutants import make_single_mutants
 from baldwinlab.evolution.neat.operators import genome_part
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     LIFE_KINDS,
     OFF,
     ON,

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.assay import Arrays, Assay, Conditions, Sample
+from baldwinlab.studies.assays import Arrays, Assay, Conditions, Sample
 
 # Maximum number of founders in a matrix of shares, which limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024

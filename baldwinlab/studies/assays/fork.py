@@ -21,9 +21,8 @@ import numpy as np
 from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.conditions import find_control
-from baldwinlab.simulation.branch import Branch, evolve_genomes
-from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.simulation.simulate import Branch, evolve_genomes, simulate_histories
+from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,

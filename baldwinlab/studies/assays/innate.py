@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     DRIFT,
     FROZEN,
     LIFE_KINDS,

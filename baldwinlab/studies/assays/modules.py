@@ -9,7 +9,7 @@ import numpy as np
 
 from baldwinlab.evolution import Genome
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,

@@ -25,7 +25,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     LIFE_KINDS,
     OFF,
     ON,

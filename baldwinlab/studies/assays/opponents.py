@@ -23,7 +23,7 @@ import numpy as np
 
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     Arrays,
     Assay,
     Conditions,

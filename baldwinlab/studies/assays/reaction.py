@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,

@@ -18,7 +18,7 @@ import numpy as np
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,

@@ -1,20 +1,173 @@
-"""Stored results of assays, and a search for missing results."""
+"""Stored results of assays: their files, their verification, and a search for missing results."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any, Final, Protocol
 
 import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.files import parse_location, quote_path
-from baldwinlab.studies.assays.catalog import get_assay, get_assays, why_not_in_study
-from baldwinlab.studies.assays.storage import assay_path, read_assay
+from baldwinlab.core.files import ASSAY_FILE, parse_location, quote_path, read_bytes
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
+from baldwinlab.experiment import ExperimentError
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.toml import from_toml
+from baldwinlab.studies.assays import Conditions
+from baldwinlab.studies.assays.catalog import get_assay, get_assays, load_assays, why_not_in_study
+from baldwinlab.studies.open import sample_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
+
+# Format of the file of an assay.
+ASSAY_FORMAT: Final = 2
+
+
+class AssayedStudy(Conditions, Protocol):
+    """Properties of a study that identify its assays."""
+
+    @property
+    def directory(self) -> Path: ...
+
+    @property
+    def seed(self) -> int: ...
+
+    def runs(self, condition: str) -> list[int]:
+        """Return the numbers of the stored runs of a condition."""
+
+
+def assay_path(directory: Path, assay: str, condition: str) -> Path:
+    """Return the file of an assay of a condition, in the directory of a study."""
+    return directory / "assays" / assay / f"{condition}.nc"
+
+
+def encode_assay(data: xr.Dataset) -> bytes:
+    """Return the content of the file of an assay, with its format and checksum."""
+    return to_bytes(data.assign_attrs(format=ASSAY_FORMAT))
+
+
+def read_assays(
+    study: AssayedStudy, names: Iterable[str] | None = None
+) -> dict[str, dict[str, xr.Dataset]]:
+    """Read the stored assays of a study; all assays unless `names` are given."""
+    assays: dict[str, dict[str, xr.Dataset]] = {}
+    learners = list(dict.fromkeys(factors.learner for factors in study.factors.values()))
+    for assay in load_assays() if names is None else names:
+        folder = study.directory / "assays" / assay
+        stored = [
+            path.relative_to(folder).with_suffix("").as_posix()
+            for path in sorted(folder.rglob("*.nc"))
+        ]
+        # The conditions of the study come first, in their order.
+        in_study = [name for name in study.experiments if name in stored]
+        for condition in dict.fromkeys((*in_study, *stored)):
+            factors = study.factors.get(condition, Factors())
+            # The points of a sweep have no factors.
+            factors = factors._replace(learner=factors.learner or condition)
+            data = read_assay(study, assay, condition)
+            data = data.assign_attrs(factors._asdict(), learners=learners)
+            assays.setdefault(assay, {})[condition] = data
+    return assays
+
+
+def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
+    """Read an assay of a condition.
+
+    Raises OSError if it is not stored, and ValueError as `read_assays` does.
+    """
+    path = assay_path(study.directory, assay, condition)
+    remedy = f"`baldwinlab assay {quote_path(study.directory)} --assays {assay}` measures it again"
+    try:
+        raw = read_bytes(path, ASSAY_FILE)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read: {error}; {remedy}") from None
+    try:
+        data = from_bytes(raw)
+        verify_checksum(raw)
+    except DamagedError as error:
+        raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
+    file_format = data.attrs.pop("format", None)
+    if str(file_format) != str(ASSAY_FORMAT):
+        raise ValueError(
+            f"{path} has format {file_format}, and this version reads only format {ASSAY_FORMAT}; "
+            f"{remedy}"
+        )
+    if not _is_declared(data, assay):
+        raise ValueError(f"{path} does not have the content of the assay {assay!r}; {remedy}")
+    if mismatch := _find_mismatch(data, study, condition):
+        if condition not in study.experiments:
+            remedy = "remove it"
+        raise ValueError(f"{path} {mismatch}; {remedy}")
+    return data
+
+
+def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
+    """Return why a file does not match a study, as the end of a sentence. Return "" if it matches.
+
+    Every version stores the seed, the experiment and the runs. A file without them is refused.
+    """
+    name = data.attrs.get("condition", condition)
+    seed = data.attrs.get("seed")
+    if condition not in study.experiments:
+        return f"is of the condition {condition!r}, which is not in the study"
+    if name != condition:
+        return f"is of the condition {name!r}, not of {condition!r}"
+    if str(seed) != str(study.seed):
+        return f"is of a study with seed {seed}, and this study has seed {study.seed}"
+    if _parse_fields(data.attrs["experiment"]) != study.experiments[condition].to_dict():
+        return f"was measured on another experiment than that of {condition} in this study"
+    if mismatch := _find_control_mismatch(data, study):
+        return mismatch
+    stored_runs = set(study.runs(condition))
+    missing_run = next((run for run in data["run"].values.tolist() if run not in stored_runs), None)
+    if missing_run is None:
+        return ""
+    return f"is of run {missing_run}, and runs/{condition}/{missing_run:04d}.nc is not stored"
+
+
+def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
+    """Return `_find_mismatch` for the control of a fork; other assays have none."""
+    control = data.attrs.get("control", "")
+    if not control:
+        return ""
+    if control not in study.experiments:
+        return f"compares with the condition {control!r}, which is not in the study"
+    if _parse_fields(data.attrs["control_experiment"]) != study.experiments[control].to_dict():
+        return f"was measured on another experiment than that of {control} in this study"
+    return ""
+
+
+def _parse_fields(text: str) -> dict[str, Any]:
+    return from_toml(text, source="the assay", lenient=True).to_dict()
+
+
+def _is_declared(data: xr.Dataset, name: str) -> bool:
+    """Return whether a dataset has the attributes, variables and coordinates of an assay."""
+    assay = get_assay(name)
+    declared = assay.variables
+    present_names = [name for name in declared if name in data]
+    coordinate_dims = {dim for coordinate in data.coords.values() for dim in coordinate.dims}
+    # The coordinate of agents is optional.
+    coordinate_dims.add("agent")
+    try:
+        _parse_fields(data.attrs["experiment"])
+        if assay.uses_control:
+            _parse_fields(data.attrs["control_experiment"])
+    except (KeyError, TypeError, AttributeError, ExperimentError):
+        return False
+    has_attributes = assay.attributes.keys() <= data.attrs.keys()
+    has_runs = "run" in data.coords and data["run"].dtype.kind == "i"
+    if not present_names or not has_runs or not has_attributes:
+        return False
+    for name in present_names:
+        dims = set(declared[name].dims)
+        if set(data[name].dims) != dims or not dims <= coordinate_dims:
+            return False
+        if data[name].dtype.kind not in "if":
+            return False
+    return True
 
 
 def is_stored(name: str, study: StudyStore, condition: str) -> bool:

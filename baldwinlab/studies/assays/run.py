@@ -21,13 +21,13 @@ from baldwinlab.experiment.conditions import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays.assay import Arrays, OnMap, Sample, list_other_maps
+from baldwinlab.studies.assays import Arrays, OnMap, Sample, list_other_maps
 from baldwinlab.studies.assays.catalog import get_assay, get_assays
-from baldwinlab.studies.assays.storage import assay_path, encode_assay
+from baldwinlab.studies.assays.results import assay_path, encode_assay
 from baldwinlab.studies.executors import THREADS, Executor
+from baldwinlab.studies.open import sample_runs
 from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
-from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 
@@ -177,35 +177,26 @@ def _plan_tasks(
     tasks: list[AssayTask] = []
     for condition in learners_first:
         names = tuple(missing[condition])
-        if names:
-            tasks += _make_tasks(study, condition, names, runs_per_task, generations)
+        if not names:
+            continue
+        runs = sample_runs(study, condition)
+        steps_per_run = _agent_steps_of_run(study, condition, names, generations)
+        uses_maps = any(assay.uses_other_maps for assay in get_assays(names))
+        maps = list_other_maps(study, condition) if uses_maps else ()
+        control = _find_used_control(study, condition, names)
+        for start in range(0, len(runs), runs_per_task):
+            task_runs = tuple(runs[start : start + runs_per_task])
+            task = AssayTask(
+                experiment=study.experiments[condition],
+                runs=task_runs,
+                names=names,
+                other_maps=maps,
+                agent_steps=steps_per_run * len(task_runs),
+                control=control,
+                generations=generations,
+            )
+            tasks.append(task)
     return tasks
-
-
-def _make_tasks(
-    study: StudyStore,
-    condition: str,
-    names: tuple[str, ...],
-    runs_per_task: int,
-    generations: int | None,
-) -> Iterator[AssayTask]:
-    """Yield the tasks of a condition with at most `runs_per_task` runs each."""
-    runs = sample_runs(study, condition)
-    steps_per_run = _agent_steps_of_run(study, condition, names, generations)
-    uses_maps = any(assay.uses_other_maps for assay in get_assays(names))
-    maps = list_other_maps(study, condition) if uses_maps else ()
-    control = _find_used_control(study, condition, names)
-    for start in range(0, len(runs), runs_per_task):
-        task_runs = tuple(runs[start : start + runs_per_task])
-        yield AssayTask(
-            experiment=study.experiments[condition],
-            runs=task_runs,
-            names=names,
-            other_maps=maps,
-            agent_steps=steps_per_run * len(task_runs),
-            control=control,
-            generations=generations,
-        )
 
 
 def _store_results(
@@ -223,7 +214,12 @@ def _store_results(
             variable: np.concatenate([results[name][variable] for _, results in measured])
             for variable in assay.variables
         }
-        attributes = _provenance(study, condition)
+        attributes: dict[str, Any] = {
+            "condition": condition,
+            "seed": study.seed,
+            "experiment": to_toml(study.experiments[condition]),
+            "baldwinlab": __version__,
+        }
         if assay.uses_control:
             attributes |= _describe_control(study, condition)
         attributes |= assay.attributes
@@ -234,16 +230,6 @@ def _store_results(
             data = data.assign_coords(agent=agents)
         path = assay_path(study.directory, name, condition)
         write_in_study(study.directory, path, encode_assay(data))
-
-
-def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
-    experiment = to_toml(study.experiments[condition])
-    return {
-        "condition": condition,
-        "seed": study.seed,
-        "experiment": experiment,
-        "baldwinlab": __version__,
-    }
 
 
 def _describe_control(study: StudyStore, condition: str) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,

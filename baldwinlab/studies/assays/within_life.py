@@ -14,7 +14,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
-from baldwinlab.studies.assays.assay import (
+from baldwinlab.studies.assays import (
     Arrays,
     Assay,
     Conditions,

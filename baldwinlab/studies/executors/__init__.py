@@ -2,18 +2,141 @@
 
 from __future__ import annotations
 
+import queue
 import re
 import shutil
+import threading
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Protocol
 
-from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.errors import ArgumentError, BaldwinLabError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
-from baldwinlab.engine.threads import available_cores
-from baldwinlab.studies.executors.tasks import THREADS, Executor, ExecutorError, Task
+from baldwinlab.engine.threads import available_cores, defer_interruptions, use_threads
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.studies.store import StudyStore
 
-__all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose_executor"]
-
+Done = Callable[[Any, Any], None]
+"""Callback that receives a finished task and its result."""
 # Address of a Dask scheduler.
 ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
+
+
+class Task(Protocol):
+    """Work on a study for one worker, which may run in another process, so it must be picklable."""
+
+    @property
+    def experiments(self) -> Sequence[BaseExperiment]:
+        """Experiments that the task simulates; the worker needs their parts."""
+
+    @property
+    def agent_steps(self) -> int:
+        """Number of agent-steps that the task simulates."""
+
+    def run(
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
+    ) -> Any:
+        """Execute the task.
+
+        `report_progress`: called with the number of agent-steps after each generation. An exception
+        that it raises ends the task.
+        """
+
+
+Work = Callable[[StudyStore, Sequence[Task], int, Backend, Done], Generator[int, None, None]]
+"""Implementation of an executor; see `Executor.run`."""
+
+
+def ignore_result(task: Task, result: Any) -> None:
+    """Ignore the result of a task that stores its results."""
+
+
+class Executor(NamedTuple):
+    """Executor of tasks."""
+
+    name: str  # "threads", "dask" or "slurm".
+    workers: int  # Number of tasks that are executed in parallel.
+    work: Work  # The implementation of `run`.
+    # Returns the present number of workers while the executor runs. It can raise OSError. None if
+    # the number does not change.
+    count_workers: Callable[[], int] | None = None
+
+    def run(
+        self,
+        study: StudyStore,
+        tasks: Sequence[Task],
+        workers: int,
+        backend: Backend,
+        done: Done = ignore_result,
+    ) -> Generator[int, None, None]:
+        """Execute the tasks of a study in parallel.
+
+        The tasks stop after their current generation if a task or `done` raises an error, or if the
+        caller closes the generator (ctrl-C). Unfinished runs are then lost.
+
+        `done`: called in this process with each finished task and its result. Raises
+        `ExecutorError` if the executor fails. Errors of tasks are raised unchanged.
+        """
+        return self.work(study, tasks, workers, backend, done)
+
+
+class ExecutorError(BaldwinLabError):
+    """Failure of an executor: no worker can execute the tasks."""
+
+
+class StoppedError(Exception):
+    """Exception that ends a task between two generations."""
+
+
+def count_threads_per_task(workers: int, tasks: int) -> int:
+    """Return the number of threads of each task, above 1 if there are fewer tasks than workers."""
+    return max(1, workers // max(1, tasks))
+
+
+def run_on_threads(
+    study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+) -> Generator[int, None, None]:
+    """Execute the tasks on threads of this process. See `Executor.run`.
+
+    If there are fewer tasks than workers, each task uses several threads.
+    """
+    threads_per_task = count_threads_per_task(workers, len(tasks))
+    stop = threading.Event()
+    events: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
+
+    def report_progress(agent_steps: int) -> None:
+        if stop.is_set():
+            raise StoppedError
+        events.put(agent_steps)
+
+    def run_task(task: Task) -> Any:
+        with use_threads(threads_per_task):
+            return task.run(study.seed, study.directory, backend, report_progress)
+
+    pool = ThreadPoolExecutor(workers)
+    try:
+        with defer_interruptions():
+            unfinished = {pool.submit(run_task, task): task for task in tasks}
+            for future in unfinished:
+                future.add_done_callback(events.put)
+        while unfinished:
+            # A finished task, or the agent-steps that a task has done.
+            event = events.get()
+            if isinstance(event, Future):
+                done(unfinished.pop(event), event.result())
+            else:
+                yield event
+    finally:
+        with defer_interruptions():
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+        # Only this wait can be interrupted. All tasks end soon, because `stop` is set.
+        pool.shutdown()
+
+
+THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)
 
 
 def choose_executor(name: str, workers: int | None = None) -> Executor:

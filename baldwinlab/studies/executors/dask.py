@@ -1,4 +1,7 @@
-"""Executors on a Dask cluster: an existing one, or one whose workers are Slurm jobs.
+"""Executors on a Dask cluster, and the execution of a task on its workers.
+
+The cluster exists already, or its workers are Slurm jobs. A task is sent as plain data with its
+third-party parts, and the worker stores records itself.
 
 Tasks are submitted in waves, so the number of tasks in the scheduler does not grow with the study.
 Only the result of a task passes through the scheduler. Workers report their progress by events of
@@ -10,24 +13,29 @@ from __future__ import annotations
 import pickle
 import queue
 import subprocess
+import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
-from typing import Any, Final
+from pathlib import Path
+from threading import Lock
+from typing import Any, Final, NamedTuple
 from uuid import uuid4
 
 import dask.config
 from dask_jobqueue import SLURMCluster
-from distributed import Client, Future, KilledWorker
+from distributed import Client, Future, KilledWorker, Worker, get_worker
 
-from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import is_local
-from baldwinlab.models.miniworld.backends.choice import Backend
-from baldwinlab.parts.loading import sources_of
-from baldwinlab.studies.executors.dask_worker import ENGINE_HASH, RemoteTask, run_remote_task
-from baldwinlab.studies.executors.tasks import Done, Executor, ExecutorError, Task
+from baldwinlab.core.errors import PartError, RefusedError
+from baldwinlab.core.files import is_local, parse_location
+from baldwinlab.core.output_paths import is_study
+from baldwinlab.engine.cache import engine_hash
+from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
+from baldwinlab.parts.loading import Source, load_text, sources_of
+from baldwinlab.studies.executors import Done, Executor, ExecutorError, StoppedError, Task
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 # Timeout of a connection to a scheduler, in seconds.
@@ -40,6 +48,11 @@ TASKS_PER_CORE: Final = 2
 # Minimum time between two events of a task, in seconds.
 MIN_EVENT_INTERVAL: Final = 2.0
 LOST_SCHEDULER: Final = "the connection to the Dask scheduler is lost"
+
+# Hash of the sources of the engine and the version of Numba.
+ENGINE_HASH: Final = engine_hash()
+# The registry of parts belongs to the process, so one thread loads parts at a time.
+LOADING_LOCK: Final = Lock()
 
 
 class DaskCluster:
@@ -118,18 +131,15 @@ def _require_job(script: str) -> None:
 
 
 def _count_job_cores() -> int:
-    missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
+    job = {name: dask.config.get(f"jobqueue.slurm.{name}", None) for name in ("cores", "memory")}
+    missing = [name for name, value in job.items() if value is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
         raise RefusedError(
             f"--executor slurm needs {names} in Dask's configuration: the resources of a job, "
             "see docs/how-to/clusters.md"
         )
-    return int(_job_setting("cores"))
-
-
-def _job_setting(name: str) -> Any:
-    return dask.config.get(f"jobqueue.slurm.{name}", None)
+    return int(job["cores"])
 
 
 class Submission:
@@ -234,3 +244,79 @@ def _get_result(future: Future) -> Any:
     except KilledWorker as error:
         attempts = error.allowed_failures + 1
         raise ExecutorError(f"a task failed: it has ended {attempts} workers in turn") from None
+
+
+class RemoteTask(NamedTuple):
+    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect."""
+
+    task: bytes  # The pickled task. Its classes are available only after the parts are loaded.
+    parts: tuple[tuple[Source, str], ...]  # Sources of third-party parts, each with its SHA-256.
+    seed: int
+    directory: str
+    backend: str
+    engine: str  # Hash of the engine, which must match that of the worker.
+    topic: str  # Topic of the progress events.
+    event_interval: float  # Minimum time between two events of this task, in seconds.
+
+
+def run_remote_task(message: bytes) -> Any:
+    """Execute a task on a worker."""
+    remote_task: RemoteTask = pickle.loads(message)
+    worker = get_worker()
+    if remote_task.engine != ENGINE_HASH:
+        raise StudyError(
+            f"the worker {worker.address} has another version of baldwinlab or Numba "
+            "than this process; install the same versions on all machines"
+        )
+    directory = parse_location(remote_task.directory)
+    if not is_study(directory):
+        raise StudyError(
+            f"the worker {worker.address} cannot access {directory}: "
+            "put the study where all workers can access it"
+        )
+    with LOADING_LOCK:
+        _register_parts(remote_task.parts)
+        task: Task = pickle.loads(remote_task.task)
+    report_progress = _progress_reporter(
+        worker, task.agent_steps, remote_task.topic, remote_task.event_interval
+    )
+    # With another scheduler, xarray opens a Dask client in every worker when it writes.
+    with dask.config.set(scheduler="synchronous"):
+        return task.run(
+            remote_task.seed, directory, choose_backend(remote_task.backend), report_progress
+        )
+
+
+def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
+    """Load the third-party parts of a message; no source is read from the study.
+
+    Raises PartError if a source does not match its hash.
+    """
+    for source, sha256 in parts:
+        if source.sha256 != sha256:
+            raise PartError(f"the {source.kind} {source.name!r} was damaged during transfer")
+    # A file can contain several parts, and it is loaded once.
+    file_by_text = {source.text: source.file for source, _ in parts}
+    for text, file in file_by_text.items():
+        load_text(text, Path(file))
+
+
+def _progress_reporter(
+    worker: Worker, agent_steps: int, topic: str, event_interval: float
+) -> Callable[[int], None]:
+    """Return a callback that sends the remaining agent-steps, and ends a canceled task."""
+    key = worker.get_current_task()
+    remaining = agent_steps
+    last_report = time.monotonic()
+
+    def report_progress(agent_steps_done: int) -> None:
+        nonlocal remaining, last_report
+        remaining -= agent_steps_done
+        state = worker.state.tasks.get(key)
+        if state is None or state.state == "cancelled":
+            raise StoppedError
+        if time.monotonic() - last_report > event_interval:
+            last_report = time.monotonic()
+            worker.log_event(topic, (key, remaining))
+
+    return report_progress

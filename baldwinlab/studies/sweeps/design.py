@@ -33,7 +33,7 @@ from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import Range, Sweep, read_sweep
+from baldwinlab.studies.sweeps import Range, Sweep, read_sweep
 
 SWEEP_FILE_NAME = "sweep.toml"
 

@@ -16,7 +16,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
-from baldwinlab.studies.assays.assay import LIFE_KINDS
+from baldwinlab.studies.assays import LIFE_KINDS
 from baldwinlab.studies.assays.canalization import WORLDS
 from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.assays.neutral import NEWBORNS as NEWBORNS_COMPARED

@@ -17,8 +17,13 @@ from baldwinlab.analysis.assays.values import read_factors, weight_distances
 from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import Factors
-from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.storage import assay_path, encode_assay, read_assays
+from baldwinlab.studies.assays.results import (
+    assay_path,
+    encode_assay,
+    find_missing_assays,
+    open_assay,
+    read_assays,
+)
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import (

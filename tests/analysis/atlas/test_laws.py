@@ -8,8 +8,8 @@ import pytest
 
 from baldwinlab.analysis.atlas import laws
 from baldwinlab.papers.atlas_design import read_atlas
+from baldwinlab.studies.sweeps import read_sweep
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from baldwinlab.core.errors import ArgumentError
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers import presets
 from baldwinlab.papers.atlas_design import AtlasDesign, read_atlas
-from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from tests.commands import Command

@@ -9,7 +9,7 @@ import pytest
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
 from baldwinlab.core import console
-from baldwinlab.studies.assays.storage import encode_assay
+from baldwinlab.studies.assays.results import encode_assay
 from tests.analysis.assays.artificial_assays import (
     AGENTS,
     GENERATIONS,

@@ -13,10 +13,10 @@ import baldwinlab as bl
 from baldwinlab.api.publish.lab_results import compute_results
 from baldwinlab.api.publish.results_cache import load_cached_results
 from baldwinlab.api.publish.sweep_comparison import are_compared, describe_too_few_runs
-from baldwinlab.studies.file_content import FileContent, open_file
 from baldwinlab.studies.record_files import RecordFile
+from baldwinlab.studies.recorded_arrays import FileContent, open_file
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import validate_sweep
+from baldwinlab.studies.sweeps import validate_sweep
 
 PLAN = {
     "experiment": "evo/A",

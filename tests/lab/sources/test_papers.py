@@ -15,8 +15,8 @@ from baldwinlab import papers
 from baldwinlab.lab.sources.limits import check_size
 from baldwinlab.papers.paper import CARD_FILE, open_paper
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.status import write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, check_errors, get_error, get_json, get_response
 from tests.lab.conftest import run_server

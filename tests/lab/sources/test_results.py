@@ -12,7 +12,7 @@ import pytest
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
 from baldwinlab.studies.assays.reaction import UNCHANGED_SETTING
-from baldwinlab.studies.assays.storage import encode_assay
+from baldwinlab.studies.assays.results import encode_assay
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.lab.client import LabServer, get_error, get_json

@@ -22,11 +22,11 @@ from baldwinlab.lab.sources.live import Live
 from baldwinlab.lab.sources.studies import describe_missing_parts, summarize
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.input_files import stored_source
 from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.status import write_claims
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import stored_source
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import hawks_study, run_server
 from tests.small_studies import make_small_study, shorten_preset

@@ -65,9 +65,7 @@ def test_batches_of_founders_do_not_change_the_result(monkeypatch: pytest.Monkey
     assert effective_ancestors(parents) == pytest.approx(expected)
 
 
-def test_the_assay_equals_the_statistics_of_the_parents(
-    study: StudyStore,
-) -> None:
+def test_the_assay_equals_the_statistics_of_the_parents(study: StudyStore) -> None:
     descent = open_assay(study.directory, "descent", "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 1).parents.values
     assert np.array_equal(

@@ -19,17 +19,16 @@ from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
-from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.catalog import why_not_in_study
 from baldwinlab.studies.assays.fork import FORKS, copy_mode, fit_genomes
-from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay, read_assay
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.assays.storage import read_assay
 from baldwinlab.studies.creation import extend_study
-from baldwinlab.studies.records import StudyError, record_path
+from baldwinlab.studies.record_files import StudyError, record_path
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
-from tests.studies.completion import complete_runs, count_progress
+from tests.studies.completion import complete_runs
 from tests.worlds import make_small_experiment
 
 LEARNER = "evo+self-taught/A"
@@ -225,19 +224,6 @@ def test_a_stored_fork_is_measured_again_only_for_another_number_of_generations(
     longer = bl.open_study(tmp_path).assay("fork", LEARNER, generations=4)
     assert longer.attrs["generations"] == 4 and longer.attrs["control"] == CONTROL
     assert bl.open_study(tmp_path).assay("fork", LEARNER).identical(longer)
-
-
-@pytest.mark.parametrize("experiments", [make_pair(), make_pair()[1:]], ids=["pair", "learner"])
-def test_progress_counts_every_generation_of_a_fork(
-    tmp_path: Path, experiments: list[Experiment]
-) -> None:
-    study = make_small_study(tmp_path, experiments, runs=2)
-    step_counts: list[int] = []
-    missing = find_missing_assays(study, list(FORKS.values()))
-    progress = count_progress(step_counts)
-    run_assays(study, missing, 1, progress, ignore_message, generations=2)
-    assert step_counts[0] < 0
-    assert sum(step_counts) == 0
 
 
 def test_the_number_of_generations_is_checked(tmp_path: Path) -> None:

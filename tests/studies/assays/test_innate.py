@@ -53,9 +53,7 @@ def test_frozen_lifetimes_use_the_learned_weights(study: StudyStore) -> None:
     assert not np.array_equal(assay.energy.sel(life="off"), assay.energy.sel(life="on"))
 
 
-def test_the_drift_control_is_simulated_in_selected_generations(
-    tmp_path: Path,
-) -> None:
+def test_the_drift_control_is_simulated_in_selected_generations(tmp_path: Path) -> None:
     experiment = make_small_experiment(
         "evo+self-taught", evolution={"generations": 12}, learning={"rate": 0.5}
     )

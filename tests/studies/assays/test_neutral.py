@@ -14,12 +14,11 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, make_small_study
+from tests.small_studies import make_small_study
 from tests.studies.assays.studies import make_small_study_with_assays
-from tests.studies.completion import complete_assays, count_progress
+from tests.studies.completion import complete_assays
 from tests.worlds import make_small_experiment
 
 LEARNER = "evo+self-taught/A"
@@ -29,9 +28,7 @@ def neutral_assay(study: StudyStore, condition: str = LEARNER) -> Any:
     return open_assay(study.directory, "neutral", condition).energy
 
 
-def test_evolved_newborns_have_the_energy_of_the_assay_innate(
-    study: StudyStore,
-) -> None:
+def test_evolved_newborns_have_the_energy_of_the_assay_innate(study: StudyStore) -> None:
     for condition in (LEARNER, "evo+self-taught/B", "evo/A"):
         innate = open_assay(study.directory, "innate", condition).energy.sel(life=["off", "on"])
         evolved = neutral_assay(study, condition).sel(newborns="evolved", drop=True)
@@ -107,22 +104,6 @@ def test_the_control_inherits_learned_weights_under_lamarckian_inheritance(tmp_p
     for life, simulated in (("on", experiment), ("off", experiment.without_learning())):
         expected = reevaluate(simulated, 5, [1], 11, genome[None]).energy[0]
         assert np.array_equal(last.sel(life=life), expected)
-
-
-@pytest.mark.parametrize(
-    "changes", [{}, {"evolution": {"generations": 12, "lamarckian_share": 0.5}}]
-)
-def test_the_simulated_steps_equal_the_announced_steps(
-    tmp_path: Path, changes: dict[str, object]
-) -> None:
-    study = make_small_study(
-        tmp_path, [make_small_experiment("evo+self-taught", **changes)], runs=2
-    )
-    step_counts: list[int] = []
-    missing = find_missing_assays(study, ["neutral"])
-    run_assays(study, missing, 1, count_progress(step_counts), ignore_message)
-    assert step_counts[0] < 0
-    assert sum(step_counts) == 0
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.species import SpeciesSimulator
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.assays.assay import Sample
+from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.opponents import ASSAY, N_WORLDS, assayed_generations, measure
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
@@ -67,7 +67,7 @@ def test_the_assay_has_the_declared_variables_and_coordinates(study: StudyStore)
 def test_a_meeting_has_the_captures_and_meals_of_its_worlds(study: StudyStore) -> None:
     """The worlds of a meeting are those of the generations after the last one."""
     energy = open_assay(study.directory, OPPONENTS, PREDATION.name).energy
-    run, first, second = 1, 3, 0
+    run, first, second = 1, 2, 1
     genomes = study.read(PREDATION.name, run).genome.values
     meeting = np.concatenate([genomes[first, :N_PREDATORS], genomes[second, N_PREDATORS:]])
     n_captures = n_meals = 0
@@ -81,12 +81,6 @@ def test_a_meeting_has_the_captures_and_meals_of_its_worlds(study: StudyStore) -
     assert gained > 0 and n_meals > 0
     assert cell.sel(species="predators") == pytest.approx(gained / N_PREDATORS / N_WORLDS)
     assert cell.sel(species="prey") == pytest.approx(n_meals / N_PREY / N_WORLDS)
-
-
-def test_meetings_of_different_generations_differ(study: StudyStore) -> None:
-    energy = open_assay(study.directory, OPPONENTS, PREDATION.name).energy
-    for dim in ("first_generation", "second_generation"):
-        assert (energy.std(dim) > 0).any()
 
 
 def test_the_results_do_not_depend_on_the_number_of_workers(

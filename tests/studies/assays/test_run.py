@@ -12,14 +12,21 @@ import pytest
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
-from baldwinlab.studies.assays.catalog import load_assays
+from baldwinlab.studies.assays import FROZEN, ON, Sample
+from baldwinlab.studies.assays.catalog import get_assay, load_assays
 from baldwinlab.studies.assays.fork import FORKS
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
 from tests.studies.assays.studies import conditions, make_small_study_with_assays
 from tests.studies.completion import complete_assays, count_progress, fail_without_space
 from tests.worlds import make_small_experiment
@@ -55,11 +62,22 @@ def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_p
     assert stored(make_small_study_with_assays(tmp_path / "many", workers=7)) == stored(study)
 
 
-def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path, conditions()[:2], runs=2)
+@pytest.mark.parametrize(
+    ("experiments", "generations"),
+    [
+        (conditions()[:2], None),
+        # A fork simulates its control, and the neutral control learns in every generation.
+        ([conditions()[1].replace(evolution={"generations": 12, "lamarckian_share": 0.5})], 2),
+    ],
+    ids=["learner and control", "Lamarckian learner"],
+)
+def test_progress_counts_every_agent_step(
+    tmp_path: Path, experiments: list[Experiment], generations: int | None
+) -> None:
+    study = make_small_study(tmp_path, experiments, runs=2)
     done: list[int] = []
     missing = find_missing_assays(study, list(load_assays()))
-    run_assays(study, missing, 2, count_progress(done), ignore_message)
+    run_assays(study, missing, 2, count_progress(done), ignore_message, generations=generations)
     assert done[0] < 0
     assert sum(done) == 0
 
@@ -197,3 +215,40 @@ def test_no_assay_is_written_if_the_study_was_removed(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
         run_assays(study, missing, 1, ignore_progress, ignore_message)
     assert not (directory / "assays").exists()
+
+
+N_AGENTS = 6
+N_RUNS = 2
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
+    experiment = shorten_preset().replace(
+        population={"size": N_AGENTS, "worlds": 3}, lifetime={"repeats": 2}
+    )
+    study = make_small_study(tmp_path_factory.mktemp("several") / "study", [experiment], N_RUNS)
+    return Sample(
+        directory=study.directory,
+        seed=study.seed,
+        experiment=experiment,
+        runs=tuple(range(N_RUNS)),
+        records=[study.record(experiment.name, run) for run in range(N_RUNS)],
+        other_maps=(),
+        report_progress=lambda amount: None,
+    )
+
+
+def test_assays_have_the_stored_fitness_and_the_first_lifetime_in_windows(sample: Sample) -> None:
+    innate = get_assay("innate").measure(sample)
+    learned = innate["energy"][:, -1, ON]
+    # `simulate_as_evolved` raises an error for another fitness than the stored one.
+    assert np.array_equal(learned, sample.energy(2))
+    assert np.isfinite(innate["energy"][:, :, FROZEN]).all()
+    # Reaction norms have the stored fitness in the unchanged setting.
+    energy = get_assay("reaction").measure(sample)["energy"]
+    assert np.array_equal(energy[:, 0], sample.energy(2))
+    # Windows within the lifetime are those of the first lifetime.
+    within_life = get_assay("within-life").measure(sample)
+    n_newborns = 4
+    assert within_life["eaten_in_window"].shape == (N_RUNS, n_newborns, 2, N_AGENTS)
+    assert within_life["first_meal"].shape == (N_RUNS, n_newborns, N_AGENTS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +20,6 @@ from baldwinlab.studies.assays.unseen_maps import (
     move_experiment,
 )
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import read_records
-from tests.studies.assays.studies import conditions, make_small_study_with_assays
 from tests.worlds import make_small_experiment
 
 MAPS = {name: load(f"worlds-and-minds:evo/{name}") for name in "ABCD"}
@@ -107,14 +104,6 @@ def test_the_fitness_is_that_of_single_lifetimes_on_moved_maps(study: StudyStore
     generation = experiment.evolution.generations + number
     lives = reevaluate(experiment.replace(world=tables), study.seed, [run], generation, genomes)
     assert float(chosen.energy.sel(run=run)) == lives.energy.mean()
-
-
-def test_the_results_do_not_depend_on_the_number_of_workers(
-    study: StudyStore, tmp_path: Path
-) -> None:
-    one_worker = make_small_study_with_assays(tmp_path, conditions(), [UNSEEN_MAPS], workers=1)
-    folder = f"assays/{UNSEEN_MAPS}"
-    assert read_records(one_worker.directory / folder) == read_records(study.directory / folder)
 
 
 def test_the_assay_needs_a_map_with_food() -> None:

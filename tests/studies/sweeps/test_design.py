@@ -17,13 +17,13 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import (
     SWEEP_FILE_NAME,
     expand_sweep,
     name_points,
     open_sweep,
 )
-from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.completion import complete_runs, read_files
 
@@ -74,9 +74,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return run_sweep(GRID, tmp_path_factory.mktemp("grid"), runs=2)
 
 
-def test_a_grid_contains_all_combinations_of_its_fields(
-    grid: StudyStore,
-) -> None:
+def test_a_grid_contains_all_combinations_of_its_fields(grid: StudyStore) -> None:
     data = open_sweep(grid.directory)
     assert list(data.food_eaten.sizes.items()) == [
         ("world.food.0.count", 2),
@@ -128,9 +126,7 @@ def test_missing_runs_are_nan_and_can_be_completed_with_identical_results(
     xr.testing.assert_identical(open_sweep(incomplete.directory), open_sweep(grid.directory))
 
 
-def test_a_study_that_is_no_sweep_has_no_points(
-    tmp_path: Path,
-) -> None:
+def test_a_study_that_is_no_sweep_has_no_points(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "study", runs=1, workers=1)
     assert name_points(study) == {name: name for name in study.experiments}
     with pytest.raises(StudyError, match=r"is no sweep: it has no sweep\.toml"):
@@ -307,9 +303,7 @@ def test_an_invalid_sweep_is_refused_with_the_file_and_the_key(
     assert sentence in line
 
 
-def test_each_different_error_of_the_points_is_listed_once(
-    tmp_path: Path,
-) -> None:
+def test_each_different_error_of_the_points_is_listed_once(tmp_path: Path) -> None:
     text = HEAD + "[fields]\nlearning.rate = [1, 11, 12]\nnetwork.biases = [true, false]\n"
     with pytest.raises(ExperimentError) as error:
         expand_text(text, tmp_path)

@@ -12,9 +12,8 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import NO_NEED
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.memory import ENGINE_BYTES
-from baldwinlab.studies.assays.catalog import load_assays
-from baldwinlab.studies.assays.memory import PlannedStudy, estimate_assays
-from baldwinlab.studies.assays.storage import read_assays as open_assays
+from baldwinlab.studies.assays.catalog import PlannedStudy, estimate_assays, load_assays
+from baldwinlab.studies.assays.results import read_assays as open_assays
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions
 
