@@ -34,11 +34,15 @@ from baldwinlab.evolution.social_heredity import SocialHeredity
 from baldwinlab.evolution.stop import Fixation, Stagnation, TargetFitness
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.evolution.variation_operators import Copy, Gaussian, GenePool, OnePointCrossover
-from baldwinlab.models.cell_foragers.variation import FewMutations
-from baldwinlab.models.cue_learners.genes import OnePointOfUnits
-from baldwinlab.models.digit_readers.variation import FourBitWeights
-from baldwinlab.models.discrete_variation import BitFlips, OnePointOfAlleles, OnePointOfBits
-from baldwinlab.models.lattice_walkers.breeding import LatticeSteps, MutantFixation
+from baldwinlab.models.cell_foragers import FewMutations
+from baldwinlab.models.cue_learners import OnePointOfUnits
+from baldwinlab.models.discrete_variation import (
+    BitFlips,
+    FourBitWeights,
+    OnePointOfAlleles,
+    OnePointOfBits,
+)
+from baldwinlab.models.lattice_walkers import LatticeSteps, MutantFixation
 from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood
 from baldwinlab.models.miniworld.bodies.kinematic import Continuous, Grid, Stay
 from baldwinlab.models.miniworld.bodies.walker import Walker
