@@ -28,7 +28,6 @@ from baldwinlab.models.erl_world import (
     PLANTS,
     TREE,
     WALL,
-    ErlWorld,
     add_plant,
 )
 from tests.models.erl_worlds import (
@@ -162,18 +161,6 @@ def test_without_heredity_the_bits_of_newborns_are_random() -> None:
     world.energy[agent] = 1
     reproduce(rules, world, agent)
     assert world.bits[1].mean() == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(N_BITS))
-
-
-def test_carnivores_have_no_genome() -> None:
-    assert {
-        name
-        for name in ErlWorld._fields
-        if len(getattr(ErlPopulations(**SMALL).world(0, 0, 0, 0), name)) == 200
-    } == {
-        "carnivore_position",
-        "carnivore_energy",
-        "carnivore_health",
-    }, "they have only a position, energy and health"
 
 
 def test_an_agent_senses_the_nearest_of_each_kind_by_direction() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.stats import chisquare
 
 from baldwinlab import papers
 from baldwinlab.evolution import GenerationKey, breed
@@ -197,22 +196,6 @@ def test_an_agent_without_light_has_no_energy() -> None:
     still = np.zeros((1, 3, 1, model.n_weights()), np.float32)
     results = model.simulate(0, [0], 0, still)
     assert (results.energy == 0).all() and (results.records["changed"] == 0).all()
-
-
-def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None:
-    """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
-    paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
-    experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
-    bits = experiment.model_part.n_weights()
-    genome = np.repeat(np.arange(4000) % 2, bits).reshape(4000, 1, bits).astype(np.float32)
-    children, parents = breed(experiment, genome, np.arange(4000.0), GenerationKey(0, 0, 1))
-    changes = (np.diff(children[:, 0]) != 0).sum(axis=1)
-    assert (changes == (parents[:, 0] % 2 != parents[:, 1] % 2)).all()
-    assert abs(changes.mean() - 0.2 / 2) < 4 * np.sqrt(0.1 * 0.9 / 4000)
-    cuts = np.flatnonzero(np.diff(children[changes == 1, 0])) % (bits - 1)
-    assert chisquare(np.bincount(cuts, minlength=bits - 1)).pvalue > 0.001, (
-        "anywhere along the genome"
-    )
 
 
 def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:

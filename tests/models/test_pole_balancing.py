@@ -1,4 +1,4 @@
-"""Test the mechanics of two poles on a cart, and the evolution of networks that balance them."""
+"""Test the mechanics of two poles on a cart, and the evaluation of networks with ordered links."""
 
 from __future__ import annotations
 
@@ -9,18 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey
-from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, activate, make_minimal_graphs
-from baldwinlab.experiment import assign
-from baldwinlab.models.neat_poles import INITIAL_STATE, NeatPoles
+from baldwinlab.evolution.neat.genome import activate
 from baldwinlab.models.pole_balancing import (
     CART_MASS,
     GRAVITY,
     INPUT_SCALES,
-    MAX_ANGLE,
     MAX_FORCE,
-    MAX_POSITION,
     POLE_HALF_LENGTHS,
     POLE_MASSES,
     STATE_SIZE,
@@ -30,7 +24,7 @@ from baldwinlab.models.pole_balancing import (
     move,
     order_links,
 )
-from baldwinlab.simulation.simulate import simulate_histories
+from tests.models.evolved_poles import STEEPNESS, evolve_balancers
 from tests.oracles import neat as oracle
 
 State = npt.NDArray[np.float64]
@@ -100,29 +94,15 @@ def test_an_upright_pole_stays_and_a_tilted_pole_falls() -> None:
     assert state[2] > 0.01 and state[1] < 0, "the pole moves the cart backward"
 
 
-def evolved_genomes() -> npt.NDArray[np.float32]:
-    """Return evolved networks [agent, module, entry]."""
-    some = [
-        "population.size=40",
-        "evolution.generations=12",
-        "evolution.neat.add_node_rate=0.4",
-        "evolution.neat.add_link_rate=0.4",
-    ]
-    genomes: npt.NDArray[np.float32] = bl.simulate(
-        assign(bl.load("neat-poles"), [*some, "neat_poles.max_steps=40"])
-    ).genome.values[-1]
-    return genomes
-
-
 @pytest.mark.nightly
 def test_networks_with_ordered_links_have_the_outputs_of_other_implementations() -> None:
     state = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5])
-    steepness = np.float32(4.9)
+    steepness = np.float32(STEEPNESS)
     sensed = [
         float(np.float32(value / scale)) for value, scale in zip(state, INPUT_SCALES, strict=True)
     ]
     outputs = set()
-    for graph in evolved_genomes()[:, 0]:
+    for graph in evolve_balancers("neat-poles"):
         units = np.empty((3, STATE_SIZE + 101), np.float32)
         plan = np.empty((2, 100, 3), np.float32)
         links = order_links(graph, STATE_SIZE, False, plan[0], plan[1], units[0])
@@ -133,71 +113,42 @@ def test_networks_with_ordered_links_have_the_outputs_of_other_implementations()
         units[2, :STATE_SIZE] = sensed
         activate(graph, STATE_SIZE, 1, steepness, units[2])
         assert output == units[2, -1]
-        assert output == pytest.approx(
-            oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5
-        )
+        (expected,) = oracle.activate(graph.tolist(), STEEPNESS, [*sensed, 1])
+        assert output == pytest.approx(expected, abs=1e-5)
         outputs.add(float(output))
     assert len(outputs) > 10
 
 
-def naive_life(graph: Any, max_steps: int) -> int:
-    """Return the number of steps that a network balances, in plain Python."""
-    state = np.array(INITIAL_STATE)
-    motion = np.empty((7, STATE_SIZE))
-    for step in range(max_steps):
-        (output,) = oracle.activate(
-            graph,
-            4.9,
-            [*(value / scale for value, scale in zip(state, INPUT_SCALES, strict=True)), 1],
-        )
-        for _ in range(2):
-            move(state, MAX_FORCE * (2 * output - 1), 0.01, 2e-6, motion)
-        if abs(state[0]) > MAX_POSITION or max(abs(state[2]), abs(state[4])) > MAX_ANGLE:
-            return step
-    return max_steps
+def kinds_of_loops(graph: Any) -> set[str]:
+    """Return the kinds of loops of a network."""
+    links = {
+        (source, target)
+        for source, target, _, enabled in oracle.read_genes(graph.tolist()).values()
+        if enabled
+    }
+    kinds = {"itself" for source, target in links if source == target}
+    return kinds | {"from the output" for source, target in links if source == 4 != target}
 
 
-def test_the_duration_of_a_lifetime_agrees_with_plain_python() -> None:
-    genomes = evolved_genomes()
-    steps = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
-    expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
-    # Networks have single precision.
-    np.testing.assert_allclose(steps, expected, atol=1)
-    assert len(set(expected)) > 3
-
-
-def test_a_cart_with_a_constant_force_leaves_the_track() -> None:
-    graph = make_minimal_graphs(STATE_SIZE + 1, 1, 10, np.zeros((1, STATE_SIZE + 1)))
-    # The weight of the bias.
-    graph[0, HEAD_SIZE + GENE_SIZE * STATE_SIZE + 3] = 5
-    results = NeatPoles(max_links=10).simulate(0, [0], 0, graph[None, :, None])
-    assert results.energy.item() < 50 and results.records["solves"].item() == 0
-
-
-def test_founders_have_links_from_all_inputs_and_the_bias_to_the_force() -> None:
-    founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
-    results = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
-    assert (results.records["enabled"] == STATE_SIZE + 1).all() and (
-        results.records["hidden"] == 0
-    ).all()
-
-
-def test_networks_that_balance_for_twenty_seconds_evolve() -> None:
-    short = assign(bl.load("neat-poles"), ["neat_poles.max_steps=1000", "evolution.generations=30"])
-    (history,) = simulate_histories(short, 0, [1])
-    assert history.recorded_values("solves").any()
-
-
-# The simulation takes minutes.
-@pytest.mark.nightly
-def test_the_mean_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
-    """Published: 3,578 on average of 120 runs, for networks that balance for half an hour.
-
-    The README of the paper reports these 20 runs. The standard error of their mean is 200.
-    """
-    experiment = assign(bl.load("neat-poles"), ["evolution.generations=40"])
-    tested = []
-    for history in simulate_histories(experiment, 0, range(20)):
-        solves = history.recorded_values("solves").ravel() == 1
-        tested.append(solves.argmax() + 1 if solves.any() else math.inf)
-    assert 3578 / 2 < np.mean(tested) < 3578 * 2
+def test_recurrent_networks_have_the_outputs_of_plain_python() -> None:
+    random = np.random.default_rng(5)
+    graphs = evolve_balancers("neat-poles-without-velocities")
+    outputs = set[float]()
+    for graph in graphs:
+        plan = np.empty((2, 100, 3), np.float32)
+        units = np.zeros((3, 3 + 100 + 1), np.float32)
+        links = order_links(graph, 3, True, plan[0], plan[1], units[2])
+        before = dict[float, float]()
+        for state in random.normal(size=(6, STATE_SIZE)):
+            # Velocities are not sensed.
+            entries = np.array([0, 2, 4])
+            output = activate_once(
+                plan[1], links, np.float32(STEEPNESS), entries, state, units[0], units[1]
+            )
+            units[0] = units[1]
+            sensed = [state[entry] / INPUT_SCALES[entry] for entry in entries]
+            before = oracle.step(graph.tolist(), STEEPNESS, [*sensed, 1], before)
+            assert output == pytest.approx(before.get(4.0, 0.0), abs=1e-5)
+            outputs.add(float(output))
+    assert len(outputs) > 50
+    assert set().union(*map(kinds_of_loops, graphs)) == {"itself", "from the output"}
