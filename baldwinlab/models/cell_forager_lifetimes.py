@@ -16,12 +16,16 @@ from baldwinlab.parts import LIFE, philox, unit
 GRID_SIZE: Final = 10
 # Number of items.
 N_FOOD_ITEMS: Final = 10
-# Actions. Any other action is to stay.
-TURN_RIGHT: Final = 1
-TURN_LEFT: Final = 2
-GO_AHEAD: Final = 3
+# Actions. The action 0 is to stay.
+TURN_RIGHT, TURN_LEFT, GO_AHEAD = range(1, 4)
 # Number of random draws that are reserved for an environment.
 DRAWS_PER_ENVIRONMENT: Final = 4096
+# Learning targets, see `CellForagers.learning`.
+NO_TARGET, INHERITED_TEACHER, NEXT_SENSATION, NOISE = range(4)
+# Number of inputs: angle and distance of the nearest food, and the two bits of the next action.
+N_INPUTS: Final = 4
+# Number of outputs for the action: its two bits.
+N_ACTION_OUTPUTS: Final = 2
 # Distance between opposite corners, in cells.
 MAX_DISTANCE: Final = np.float32(GRID_SIZE - 1) * np.float32(1.4142135)
 
@@ -125,12 +129,6 @@ def eat_item(food: Any, cell: Any) -> int:
     return n_eaten
 
 
-# Number of inputs: angle and distance of the nearest food, and the two bits of the next action.
-N_INPUTS: Final = 4
-# Number of outputs for the action: its two bits.
-N_ACTION_OUTPUTS: Final = 2
-
-
 class Layers(NamedTuple):
     """Sizes of a network, and its learning rate."""
 
@@ -203,13 +201,6 @@ def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) 
 @compiled
 def _output_error(activation: Any, target: Any) -> Any:
     return (activation - target) * activation * (ONE - activation)
-
-
-# Learning targets, see `CellForagers.learning`.
-NO_TARGET: Final = 0
-INHERITED_TEACHER: Final = 1
-NEXT_SENSATION: Final = 2
-NOISE: Final = 3
 
 
 class ForagingSettings(NamedTuple):

@@ -30,7 +30,6 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.models import kit
@@ -145,11 +144,6 @@ def step_world(rules: Rules, world: ErlWorld, inputs: Any) -> None:
         reproduce(rules, world, agent)
 
 
-def _survives(runs: xr.Dataset) -> xr.DataArray:
-    """Return for each run whether its population survives the last step."""
-    return kit.mean_of_last_generation("extinct")(runs) < 1
-
-
 class ErlPopulations(Model, name="erl-populations"):
     """Populations with plants, trees and carnivores, without generations.
 
@@ -256,7 +250,10 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     measures = {
         "survived": Measure(
-            "steps that the population survives", kit.mean_of_last_generation("energy"), _survives
+            "steps that the population survives",
+            kit.mean_of_last_generation("energy"),
+            # A population that survives the last step could survive longer.
+            censored=lambda runs: kit.mean_of_last_generation("extinct")(runs) < 1,
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",

@@ -39,7 +39,6 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
@@ -215,20 +214,12 @@ class LightSwitch(Model, name="light-switch"):
             strength_levels = (genes[..., 1:] * STRENGTH_BIT_VALUES).sum(axis=-1)
             weights = (strength_levels / MAX_STRENGTH_LEVEL).astype(np.float32)
         else:
-            weights = self._draw_weights(seed, runs, generation, n_agents).reshape(shape)
+            # Row 0 of the draws has the initial position and heading.
+            draws = kit.draw_lifetimes(seed, runs, generation, (1 + n_agents, self.synapses))
+            weights = (MAX_INITIAL_WEIGHT * draws[:, 1:]).astype(np.float32).reshape(shape)
         return Synapses(
             signs=np.broadcast_to(signs, shape).copy(),
             rules=np.broadcast_to(rules, shape).copy(),
             rates=np.broadcast_to(rates, shape).copy(),
             weights=weights,
         )
-
-    def _draw_weights(
-        self, seed: int, runs: Sequence[int], generation: int, n_agents: int
-    ) -> npt.NDArray[np.float32]:
-        """Draw the weights at birth [run, agent, synapse]."""
-        # Row 0 has the initial position and heading.
-        shape = (1 + n_agents, self.synapses)
-        draws = kit.draw_lifetimes(seed, runs, generation, shape)[:, 1:]
-        weights: npt.NDArray[np.float32] = (MAX_INITIAL_WEIGHT * draws).astype(np.float32)
-        return weights
