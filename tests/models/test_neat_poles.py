@@ -51,7 +51,9 @@ def simulate_graphs(*graphs: Graph, **fields: Any) -> Any:
     )
 
 
-def simulate_in_python(graph: Graph, max_steps: int, sensed_entries: tuple[int, ...]) -> list[Any]:
+def simulate_in_python(
+    graph: Graph, max_steps: int, sensed_entries: tuple[int, ...]
+) -> list[float]:
     """Return the unrest after each step that a network balances. Without velocities, it has loops.
 
     The mechanics are those of `move`, which other tests check.
@@ -60,7 +62,7 @@ def simulate_in_python(graph: Graph, max_steps: int, sensed_entries: tuple[int, 
     state = np.array(INITIAL_STATE)
     motion = np.empty((7, STATE_SIZE))
     values = dict[float, float]()
-    unrest = []
+    unrest: list[float] = []
     while len(unrest) < max_steps:
         inputs = [*(state[entry] / scales[entry] for entry in sensed_entries), 1]
         if len(sensed_entries) == STATE_SIZE:
