@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.species import derive_seed
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.species import SpeciesModelSimulator
 from baldwinlab.parts.model_part import LifeResults
 
 
@@ -46,6 +46,87 @@ class _ModelSimulator:
         weights = np.ascontiguousarray(genomes[..., : self._n_weights])
         results: LifeResults = self._model.simulate(self._seed, self._runs, generation, weights)
         return results
+
+
+class SpeciesModelSimulator:
+    """Simulate the agents of each species by the model of this species.
+
+    Agents of different species do not interact during their lifetimes.
+    """
+
+    def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
+        self._members = experiment.species_experiments()
+        self._seed = seed
+        self._runs = runs
+
+    def simulate(
+        self, generation: int, genomes: npt.NDArray[np.float32], sizes: npt.NDArray[np.int64]
+    ) -> LifeResults:
+        """Return the results of a generation.
+
+        `genomes` [run, agent, module, weight]: genomes at birth. Agents are numbered species after
+        species. `sizes` [run, species]: number of agents of each species.
+        """
+        n_runs, n_agents, _, n_weights = genomes.shape
+        collected = _Results(n_runs, n_agents, n_weights)
+        first_agents = np.cumsum(sizes, axis=1) - sizes
+        for species, member in enumerate(self._members):
+            seed = derive_seed(self._seed, species)
+            # Runs with equal sizes are one batch.
+            groups = {(*pair,) for pair in np.stack([first_agents, sizes])[:, :, species].T}
+            for first_agent, size in sorted(groups):
+                is_in_group = (first_agents[:, species] == first_agent) & (
+                    sizes[:, species] == size
+                )
+                run_indices = np.flatnonzero(is_in_group)
+                if size == 0:
+                    continue
+                agents = slice(first_agent, first_agent + size)
+                used = trim_genomes(genomes[run_indices, agents], member)
+                runs = [self._runs[index] for index in run_indices.tolist()]
+                results = _ModelSimulator(member, seed, runs).simulate(generation, used)
+                collected.add(results, run_indices, agents, used)
+        return collected.finish()
+
+
+class _Results:
+    """Results of the agents of all species, which `add` collects."""
+
+    def __init__(self, n_runs: int, n_agents: int, n_weights: int) -> None:
+        self._shape = (n_runs, n_agents)
+        self._energy = np.zeros(self._shape)
+        self._cost = np.zeros(self._shape)
+        self._learned = np.zeros((*self._shape, n_weights), np.float32)
+        self._has_learned = False
+        self._records: dict[str, npt.NDArray[Any]] = {}
+
+    def add(
+        self,
+        results: LifeResults,
+        runs: npt.NDArray[np.int64],
+        agents: slice,
+        genomes: npt.NDArray[np.float32],
+    ) -> None:
+        """Copy the results of the agents of a species in some runs."""
+        self._energy[runs, agents] = results.energy
+        self._cost[runs, agents] = results.cost
+        # Without learned weights, the first module at death is that at birth.
+        has_learned = results.learned is not None
+        learned = genomes[:, :, 0] if results.learned is None else results.learned
+        self._learned[runs, agents, : learned.shape[-1]] = learned
+        self._has_learned |= has_learned
+        for name, values in results.records.items():
+            array = self._records.setdefault(name, np.zeros(self._shape, values.dtype))
+            array[runs, agents] = values
+
+    def finish(self) -> LifeResults:
+        """Return the results of all agents."""
+        return LifeResults(
+            energy=self._energy,
+            cost=self._cost,
+            learned=self._learned if self._has_learned else None,
+            records=self._records,
+        )
 
 
 class _ScheduledSimulator:

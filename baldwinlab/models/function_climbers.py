@@ -27,7 +27,6 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.models import kit
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
@@ -104,11 +103,6 @@ def make_blocks(function: str, encoding: str) -> Blocks:
     return Blocks(values, neighbors, values[neighbors] - values)
 
 
-def _best_early_fitness(runs: xr.Dataset) -> xr.DataArray:
-    """Return the best fitness in the early generation, or in the last of shorter runs."""
-    return kit.select_generation(runs["learned"], EARLY_GENERATION).max("agent")
-
-
 class FunctionClimbers(Model, name="function-climbers"):
     """Bit strings that encode the variables of a function, and climb it during life."""
 
@@ -161,7 +155,8 @@ class FunctionClimbers(Model, name="function-climbers"):
             kit.mean_at("optimum", EARLY_GENERATION),
         ),
         "best-early": Measure(
-            f"best fitness in generation {EARLY_GENERATION}", _best_early_fitness
+            f"best fitness in generation {EARLY_GENERATION}",
+            lambda runs: kit.select_generation(runs["learned"], EARLY_GENERATION).max("agent"),
         ),
     }
 

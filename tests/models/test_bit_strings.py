@@ -16,7 +16,6 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, load_file
-from baldwinlab.simulation.simulate import simulate_histories
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 RIGHT = 1.0
@@ -104,14 +103,6 @@ def test_learning_finds_the_needle_and_evolution_without_learning_does_not() -> 
         experiment.without_learning().replace(evolution={"generations": 20}), seed=1
     )
     assert control.energy.values.max() == 1
-
-
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    results = [
-        history.dataset() for history in simulate_histories(make_small_experiment(), 4, [0, 1, 2])
-    ]
-    for run, dataset in enumerate(results):
-        assert dataset.equals(bl.simulate(make_small_experiment(), seed=4, run=run))
 
 
 def test_settings_are_assigned_written_and_validated() -> None:

@@ -7,7 +7,6 @@ forms follow from this.
 from __future__ import annotations
 
 from math import comb
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,10 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
-from baldwinlab.models.discrete_variation import OnePointOfAlleles
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, uniforms
-from baldwinlab.parts.variation import Mating
-from tests.models.runs import simulate_runs
+from tests.models.runs import measure_runs
 from tests.oracles.models import evaluate_hinton_nowlan
-from tests.oracles.variation import breed_one_point_of_alleles
 
 LOCI = 20
 TRIALS = 1000
@@ -170,22 +166,16 @@ def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> Non
 
 
 def test_only_agents_that_guess_find_the_needle_and_wrong_alleles_vanish() -> None:
-    guessing, all_set = (measure(bl.load(name), 4) for name in ("guessing", "all-set"))
+    guessing, all_set = (measure_runs(bl.load(name), 0, 4) for name in ("guessing", "all-set"))
     assert (guessing["taken-off"] == 1).all()
     assert (guessing["zeros"] < 0.005).all()
     assert (guessing["fall"] > 0).all()
     assert all_set["hit"].sum() <= 1
 
 
-def measure(experiment: Any, n_runs: int) -> dict[str, npt.NDArray[np.float64]]:
-    """Return the measures of an experiment by run."""
-    runs = simulate_runs(experiment, 0, n_runs)
-    return {name: measure.of(runs).values for name, measure in HintonNowlan.measures.items()}
-
-
 def test_a_run_that_never_takes_off_has_no_take_off() -> None:
     small = ["evolution.generations=3", "population.size=20"]
-    measured = measure(assign(bl.load("never-guessing"), small), 1)
+    measured = measure_runs(assign(bl.load("never-guessing"), small), 0)
     assert np.isnan([measured["take-off"], measured["unset-at-take-off"]]).all()
     assert measured["taken-off"] == 0
 
@@ -211,14 +201,3 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
     children, _ = breed(experiment, make_strings(0, 2000)[0], np.ones(2000), GenerationKey(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
-
-
-def test_the_founders_law_agrees_with_the_oracle() -> None:
-    draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
-    part = SimpleNamespace(mutation_rate=1.0, three_zero_shares=3 * 0.25)
-    child = np.empty((1, LOCI), np.float32)
-    all_1 = np.ones((1, LOCI), np.float32)
-    OnePointOfAlleles.vary(part, Mating(all_1, all_1, np.array(draws), 0.5, child))
-    assert child.tolist() == breed_one_point_of_alleles(
-        part, all_1.tolist(), all_1.tolist(), draws, 0.5
-    )

@@ -19,7 +19,7 @@ from baldwinlab.analysis.theory.moving_optimum import (
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.moving_optimum import MovingOptimum
-from tests.models.runs import simulate_runs
+from tests.models.runs import measure_runs
 
 REGIMES: dict[str, list[str]] = {
     "fixed": ["evolution.variation=infinitesimal", "evolution.mutation_size=0.3"],
@@ -33,11 +33,8 @@ def make_experiment(*changes: str, regime: str = "each birth") -> Any:
 
 def measure(experiment: Any, seed: int, n_runs: int = 1) -> dict[str, float]:
     """Return the measures of an experiment, as means over runs."""
-    runs = simulate_runs(experiment, seed, n_runs)
-    return {
-        name: float(measure.of(runs).mean().item())
-        for name, measure in MovingOptimum.measures.items()
-    }
+    measures = measure_runs(experiment, seed, n_runs)
+    return {name: float(np.mean(values)) for name, values in measures.items()}
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])

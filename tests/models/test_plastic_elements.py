@@ -16,11 +16,7 @@ from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_elements import PlasticElements
 from baldwinlab.parts import LIFE, uniforms
-from tests.oracles.theory.element_selection import (
-    Elements,
-    advance_shares,
-    predict_selection,
-)
+from tests.oracles.theory.element_selection import Elements, advance_shares, predict_selection
 
 Genomes = npt.NDArray[np.float32]
 TREE = PlasticElements(

@@ -7,7 +7,7 @@ from typing import Any
 
 from baldwinlab.models.hinton_nowlan import MAX_GAIN
 from baldwinlab.models.kit import UNSET_ALLELE
-from baldwinlab.models.plastic_prisoners.strategies import PAIRS
+from baldwinlab.models.plastic_prisoners import PAIRS
 
 
 def evaluate_hinton_nowlan(model: Any, genome: Sequence[float], luck: float) -> float:

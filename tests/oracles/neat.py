@@ -27,7 +27,7 @@ from baldwinlab.evolution.neat.genome import (
     count_entries,
 )  # fmt: skip
 from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION
-from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS
+from baldwinlab.models.neat_networks import CORRECT_ANSWERS, QUESTIONS
 from baldwinlab.parts.breeding import ITSELF
 
 # By innovation number: [source, target, weight, enabled].

@@ -34,11 +34,15 @@ from baldwinlab.evolution.social_heredity import SocialHeredity
 from baldwinlab.evolution.stop import Fixation, Stagnation, TargetFitness
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.evolution.variation_operators import Copy, Gaussian, GenePool, OnePointCrossover
-from baldwinlab.models.cell_foragers.variation import FewMutations
-from baldwinlab.models.cue_learners.genes import OnePointOfUnits
-from baldwinlab.models.digit_readers.variation import FourBitWeights
-from baldwinlab.models.discrete_variation import BitFlips, OnePointOfAlleles, OnePointOfBits
-from baldwinlab.models.lattice_walkers.breeding import LatticeSteps, MutantFixation
+from baldwinlab.models.cell_foragers import FewMutations
+from baldwinlab.models.cue_learners import OnePointOfUnits
+from baldwinlab.models.discrete_variation import (
+    BitFlips,
+    FourBitWeights,
+    OnePointOfAlleles,
+    OnePointOfBits,
+)
+from baldwinlab.models.lattice_walkers import LatticeSteps, MutantFixation
 from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood, Novelty
 from baldwinlab.models.miniworld.bodies import Continuous, Grid, Stay, Walker
 from baldwinlab.models.miniworld.features.walls import Walls
@@ -63,12 +67,7 @@ from baldwinlab.models.miniworld.learning.teachers import (
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.models.miniworld.networks.recurrent import ContinuousTime, SimpleRecurrent
-from baldwinlab.models.miniworld.senses.binary import (
-    Compass,
-    LastAction,
-    PatchSight,
-    Touch,
-)
+from baldwinlab.models.miniworld.senses.binary import Compass, LastAction, PatchSight, Touch
 from baldwinlab.models.miniworld.senses.other_agents import (
     Neighbours,
     SpeciesInSight,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
 
-from baldwinlab.models.digit_readers.variation import BITS_PER_WEIGHT
+from baldwinlab.models.discrete_variation import BITS_PER_WEIGHT
 from baldwinlab.models.kit import UNSET_ALLELE
 from baldwinlab.parts.breeding import ITSELF
 

@@ -9,7 +9,7 @@ import pytest
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.lab.sources import life_query
-from baldwinlab.models.cell_foragers.model import CellForagers
+from baldwinlab.models.cell_foragers import CellForagers
 from baldwinlab.parts.views import arrays_of
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, check_errors, get_arrays, get_error, get_json
