@@ -31,11 +31,11 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import HALF, ONE, ZERO
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
+from baldwinlab.experiment.measures import first_generation
 from baldwinlab.models import kit
 from baldwinlab.models.discrete_variation import DiscreteVariation
 from baldwinlab.parts import (

@@ -15,8 +15,8 @@ from xarray.core import indexing
 
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, decode_variables, from_bytes, stored_checksum
-from baldwinlab.core.record_batches import select_record
-from baldwinlab.core.variables import PER_AGENT_DIMS, without_genomes
+from baldwinlab.core.records import select_record, without_genomes
+from baldwinlab.core.variables import PER_AGENT_DIMS
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.record_files import RecordFile, StudyError
 from baldwinlab.studies.records import (

@@ -27,8 +27,13 @@ from baldwinlab.core.netcdf import (
     to_bytes,
     verify_checksum,
 )
-from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM
-from baldwinlab.core.records import as_record, select_attributes, select_record
+from baldwinlab.core.records import (
+    KEPT_GENERATIONS,
+    RUN_DIM,
+    as_record,
+    select_attributes,
+    select_record,
+)
 from baldwinlab.core.variables import (
     COMMON_RECORD_VARIABLES,
     GENERATION_COUNT,

@@ -11,8 +11,8 @@ import pytest
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.sweeps import read_sweep
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep
 
 BIRTHS = {"world": {"features": ["births-and-deaths"]}}
 SPECIES = {"species": [{"name": "one", "size": 10}, {"name": "two", "size": 10}]}

@@ -17,7 +17,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.variables import STOP_ATTRIBUTE, Variable
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes, find_archive_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.reevaluation import (
     Outcomes,

@@ -12,8 +12,7 @@ from typing import Final, NamedTuple
 
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.conditions import find_control
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors, find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory

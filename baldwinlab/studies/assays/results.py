@@ -13,7 +13,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import ASSAY_FILE, parse_location, quote_path, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.experiment import ExperimentError
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies.assays import Conditions
 from baldwinlab.studies.assays.catalog import get_assay, get_assays, load_assays, why_not_in_study

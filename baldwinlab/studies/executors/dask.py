@@ -29,8 +29,7 @@ from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.core.errors import PartError, RefusedError
-from baldwinlab.core.files import is_local, parse_location
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.files import is_local, is_study, parse_location
 from baldwinlab.engine.cache import engine_hash
 from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.parts.loading import Source, load_text, sources_of
