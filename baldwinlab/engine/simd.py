@@ -92,22 +92,15 @@ MASK = MaskType()
 _VALUE_TYPES: Final = (WIDE, types.float32)
 
 
+_LLVM_TYPES: Final = {BLOCK: index_type(), WIDE: _VECTOR, MASK: _BIT_VECTOR}
+
+
 @register_model(BlockType)
-class _BlockModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, index_type())
-
-
 @register_model(WideType)
-class _WideModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, _VECTOR)
-
-
 @register_model(MaskType)
-class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, _BIT_VECTOR)
+        super().__init__(manager, numba_type, _LLVM_TYPES[numba_type])
 
 
 def simd_block(first: int) -> Lane:

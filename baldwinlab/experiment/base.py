@@ -117,7 +117,7 @@ class BaseExperiment(Fields):
         if any(custom_choices(self)):
             # The process that reads the copy may not have loaded the custom parts. The package
             # `parts` is above this one, and is loaded if there is a custom part.
-            origins = import_module("baldwinlab.parts.transfer").find_origins(self)
+            origins = import_module("baldwinlab.parts.loading").find_origins(self)
         return _restore, (tree, find_paths(tree), origins)
 
     def replace(self, /, **changes: Any) -> Self:

@@ -21,55 +21,15 @@ DEAD_X = np.float32(-3)
 
 @hook
 def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
-    """Remove an agent from its world.
-
-    Parameters
-    ----------
-    part : NamedTuple
-        The population of the species, `state.population`.
-    model : MiniWorldModel
-        Constants of the lifetime. Read only.
-    state : State
-        Arrays of the step, and the other parts.
-    world : int
-        Index of the world.
-    agent : int
-        Index of the agent in the world.
-
-    Raises
-    ------
-    ValueError
-        If no agent can die in the experiment.
-    """
+    """Remove an agent from its world. `part`: the population of the species."""
     raise ValueError("die: the world feature must declare allows_deaths = True")
 
 
 @hook
 def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int, int]) -> int:
-    """Let two parents have a child, and return its slot, or -1.
+    """Let two parents have a child, and return its slot, or -1 if no slot is free.
 
-    Parameters
-    ----------
-    part : NamedTuple
-        The population of the species, `state.population`.
-    model : MiniWorldModel
-        Constants of the lifetime. Read only.
-    state : State
-        Arrays of the step, and the other parts.
-    world : int
-        Index of the world.
-    parents : tuple of (int, int)
-        Indices of the parents in the world, the fitter one first.
-
-    Returns
-    -------
-    int
-        Index of the child in the world, or -1 if no slot is free.
-
-    Raises
-    ------
-    ValueError
-        If no agent can be born in the experiment.
+    `part`: the population of the species. `parents`: indices in the world, the fitter one first.
     """
     raise ValueError("bear: the world feature must declare allows_births = True")
 
@@ -79,16 +39,8 @@ def die(model: Any, state: Any, world: int, agent: int) -> None:
     """Let an agent die, in a per-world hook.
 
     A dead agent neither senses, moves, eats nor learns, and no agent senses it. Its slot is free
-    for a newborn. Its weights stay as they are. The call has no effect on a dead agent.
-
-    Parameters
-    ----------
-    model : MiniWorldModel
-        Constants of the lifetime.
-    state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] is set to 0.
-    world, agent : int
-        Indices of the world and of the agent in it.
+    for a newborn. Its weights stay as they are. The call sets `state.alive` [1, lane] to 0. It has
+    no effect on a dead agent.
     """
     remove_agent(state.population, model, state, world, agent)
 
@@ -98,17 +50,12 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     """Let two agents have a child, in a per-world hook.
 
     The variation of the experiment creates the genome. The child has the first free slot of the
-    world, a random birthplace in the start disc, and the age 0. It learns from its genome. Set
-    `state.positions` after the call to choose another birthplace.
+    world, a random birthplace in the start disc, and the age 0. It learns from its genome. The call
+    sets `state.alive` [1, lane] to 1. Set `state.positions` afterwards to choose another
+    birthplace.
 
     Parameters
     ----------
-    model : MiniWorldModel
-        Constants of the lifetime.
-    state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] of the child is set to 1.
-    world : int
-        Index of the world.
     first_parent, second_parent : int
         Indices of the parents in the world, the fitter one first. They can be equal.
 
@@ -123,22 +70,7 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
 
 @compiled
 def find_free_slot(model: Any, state: Any, world: int) -> int:
-    """Return the first free slot of a world, which is that of a dead agent.
-
-    Parameters
-    ----------
-    model : MiniWorldModel
-        Constants of the lifetime.
-    state : State
-        Arrays of the step, and the other parts.
-    world : int
-        Index of the world.
-
-    Returns
-    -------
-    int
-        Index of the slot in the world, or -1 if all agents are alive.
-    """
+    """Return the index of the first slot of a world with a dead agent; -1 if all are alive."""
     slot = -1
     agent = 0
     while slot < 0 and agent < model.agents:

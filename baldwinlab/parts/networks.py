@@ -19,14 +19,10 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
 
     Parameters
     ----------
-    part : NamedTuple
-        Numeric settings, derived values and arrays of the part.
     weights : array, float32 [weight, lane]
         Weights of the module. Read only.
     activations : array, float32 [unit, lane]
         Activations of all units.
-    lane : Lane
-        Column of an agent, or a SIMD block.
     """
 
 
@@ -62,12 +58,8 @@ def backward(part: Any, training: Training, lane: Lane) -> None:
 
     Parameters
     ----------
-    part : NamedTuple
-        Numeric settings, derived values and arrays of the part.
     training : Training
         Weights, activations, targets and learning rate. The hook changes `training.weights`.
-    lane : Lane
-        Column of an agent, or a SIMD block.
     """
 
 
@@ -80,8 +72,6 @@ def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
 
     Parameters
     ----------
-    part : NamedTuple
-        Numeric settings, derived values and arrays of the part.
     weights : array, float32 [weight, lane]
         Weights of the module. Read only.
     units : int
@@ -145,14 +135,7 @@ class Network(Part):
     ) -> tuple[tuple[int, int], ...]:
         """Return the context units of a recurrent network, for drawings.
 
-        Parameters
-        ----------
-        inputs : int
-            Number of inputs.
-        hidden : tuple of int
-            The setting `network.hidden`.
-        actions : int
-            Number of outputs.
+        The parameters are those of `layers`.
 
         Returns
         -------

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
-from baldwinlab.engine import bitcode, sources
+from baldwinlab.engine import bitcode, fingerprint
 
 SETUP = """
 import sys
@@ -116,12 +116,12 @@ def test_bitcode_of_other_sources_is_not_used(folder: Path, tmp_path: Path) -> N
 
 
 def test_the_packaged_bitcode_is_current() -> None:
-    stored = json.loads(sources.STORED.read_text())
+    stored = json.loads(fingerprint.STORED.read_text())
     changed = {
         name
         for name, code, _ in stored.values()
-        if (path := sources.find_module(name)) is None
-        or sources.parse_source(name, path.read_bytes()).code != code
+        if (path := fingerprint.find_module(name)) is None
+        or fingerprint.parse_source(name, path.read_bytes()).code != code
     }
     assert not changed, "run `make bitcode`: these modules of compiled code have changed"
 
@@ -133,7 +133,7 @@ def test_the_packaged_bitcode_is_small() -> None:
 SIMULATE = """
 import hashlib, sys
 import baldwinlab as bl
-from baldwinlab.engine import bitcode, sources
+from baldwinlab.engine import bitcode
 if sys.argv[2] == "compiled":
     bitcode.FOLDER = bitcode.FOLDER / "none"
 settings = {"evolution": {"generations": 3}, "lifetime": {"steps": 500}}

@@ -14,16 +14,16 @@ import pytest
 
 from baldwinlab.engine import inlining, jit, reference
 from baldwinlab.engine.cache import FileCodeStore
-from baldwinlab.engine.numba_internals import dispatchers, libraries, pipeline
+from baldwinlab.engine.numba_internals import dispatchers, pipeline
 
 HOOKS = [
-    (libraries.Library, "_optimize_functions"),
-    (libraries.Library, "_optimize_final_module"),
-    (libraries.LinkedLibrary, "_optimize_final_module"),
-    (libraries.LinkedLibrary, "_finalize_final_module"),
-    (libraries.LinkedLibrary, "get_pointer_to_function"),
-    (libraries.LinkedLibrary, "codegen"),
-    (libraries.LinkedLibrary, "set_env"),
+    (pipeline.Library, "_optimize_functions"),
+    (pipeline.Library, "_optimize_final_module"),
+    (pipeline.LinkedLibrary, "_optimize_final_module"),
+    (pipeline.LinkedLibrary, "_finalize_final_module"),
+    (pipeline.LinkedLibrary, "get_pointer_to_function"),
+    (pipeline.LinkedLibrary, "codegen"),
+    (pipeline.LinkedLibrary, "set_env"),
     (pipeline.Lowering, "run_pass"),
     (pipeline.Compiler, "define_pipelines"),
     (inlining.Inlined, "compile_extra"),

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from baldwinlab.engine.atomics import prefetch
 from baldwinlab.engine.jit import cached_jit
-from baldwinlab.engine.prefetch import prefetch
 
 
 def _prefetch_beyond_end(array: Any) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from baldwinlab._version import __version__
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.engine.versions import TESTED, require_tested_version
+from baldwinlab.engine import TESTED, require_tested_version
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 

@@ -7,7 +7,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.evolution.breeding import make_single_mutants
 from baldwinlab.experiment import BaseExperiment
 
 CONDITIONS = [

@@ -23,7 +23,7 @@ from baldwinlab.evolution.species_breeding import (
     iterate_members,
     make_offspring,
 )
-from baldwinlab.evolution.variation import Crossover
+from baldwinlab.evolution.variation_operators import Crossover
 from baldwinlab.experiment import registry
 from baldwinlab.parts import Mating, compiled, per_run
 from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes

@@ -16,8 +16,7 @@ import baldwinlab as bl
 from baldwinlab.api.checks.declarations import list_read_settings
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Parents, breed, select
-from baldwinlab.evolution.variation import Crossover
-from baldwinlab.evolution.variation_operators import OnePointCrossover
+from baldwinlab.evolution.variation_operators import Crossover, OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load

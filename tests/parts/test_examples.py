@@ -28,8 +28,8 @@ from baldwinlab.parts import (
     remove_item,
     sources_of,
 )
+from baldwinlab.parts.learning_rules import Synapse
 from baldwinlab.parts.lifetimes import make_lifetimes
-from baldwinlab.parts.synapses import Synapse
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import draw_founders, simulate_steps

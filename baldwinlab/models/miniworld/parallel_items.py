@@ -10,9 +10,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.atomics import Team, share_of_thread, wait_for_team
+from baldwinlab.engine.atomics import Team, prefetch, share_of_thread, wait_for_team
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.simd import HALF, WIDTH, get, put
 from baldwinlab.models.miniworld.contention import contend, init_item
 from baldwinlab.models.miniworld.items import (

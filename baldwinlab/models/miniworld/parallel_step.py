@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from baldwinlab.engine.atomics import atomic_max, wait_for_team
+from baldwinlab.engine.atomics import atomic_max, prefetch, wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook, make_part_type
-from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import WIDTH, ZERO, Lane, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features

@@ -36,7 +36,7 @@ from pydantic import Field
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ONE, TWO, Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.synapses import Synapse, SynapticRule, for_each_synapse
+from baldwinlab.parts.learning_rules import Synapse, SynapticRule, for_each_synapse
 
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
