@@ -47,7 +47,7 @@ def die(model: Any, state: Any, world: int, agent: int) -> None:
 
 @compiled
 def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: int) -> int:
-    """Let two agents have a child, in a per-world hook.
+    """Let two agents have a child, in a per-world hook; return its index, or -1 without a slot.
 
     The variation of the experiment creates the genome. The child has the first free slot of the
     world, a random birthplace in the start disc, and the age 0. It learns from its genome. The call
@@ -58,11 +58,6 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     ----------
     first_parent, second_parent : int
         Indices of the parents in the world, the fitter one first. They can be equal.
-
-    Returns
-    -------
-    int
-        Index of the child in the world, or -1 if no slot is free.
     """
     parents = (first_parent, second_parent)
     return int(bear_agent(state.population, model, state, world, parents))

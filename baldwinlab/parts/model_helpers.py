@@ -21,7 +21,8 @@ from baldwinlab.engine.rng import philox, unit
 def draw_unit(state: Any, world: int, purpose: int, index: int, draw: int) -> np.float32:
     """Return a random number in [0, 1) from a lifetime, for a per-world hook.
 
-    Equal arguments give the same number in every step of a generation of a run.
+    The number is a multiple of 2**-24. Equal arguments give the same number in every step of a
+    generation of a run.
 
     Parameters
     ----------
@@ -33,11 +34,6 @@ def draw_unit(state: Any, world: int, purpose: int, index: int, draw: int) -> np
         Index of the agent or item.
     draw : int
         Number of the draw, for example the step.
-
-    Returns
-    -------
-    float32
-        A multiple of 2**-24.
     """
     seed = state.keys[world, 0]
     run = state.keys[world, 1]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.allocation import make_state
 from baldwinlab.models.miniworld.state_arrays import list_hooks
 from baldwinlab.models.miniworld.step import simulate_simultaneous
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 SOURCE = '''"""Module."""
@@ -121,8 +120,7 @@ def test_a_part_within_a_part_is_in_the_modules() -> None:
 
 def test_the_followed_imports_contain_all_modules_that_python_loads() -> None:
     module = "baldwinlab.models.miniworld.backends.cpu"
-    code = f"import sys, {module}; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = run_python(f"import sys, {module}; print(*sys.modules)")
     loaded = {name for name in done.stdout.split() if fingerprint.find_module(name)}
     assert module in loaded
     assert loaded <= {*fingerprint.read_sources([module])}
