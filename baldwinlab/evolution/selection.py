@@ -1,6 +1,8 @@
 """Selection of the parents of each child by a selection scheme.
 
 A scheme fills the parents of a `Generation`, which are drawn independently and with replacement.
+`sort_by` is a heapsort of agents for schemes: compiled code, without allocation and with a defined
+order of ties.
 
 References
 ----------

@@ -127,7 +127,7 @@ def print_bits() -> None:
 def test_plain_python_gives_the_same_bits(capsys: pytest.CaptureFixture[str]) -> None:
     print_bits()
     code = "from tests.engine.test_arithmetic import print_bits; print_bits()"
-    done = run_python(code, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="error")
+    done = run_python(code, environment={"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "error"})
     assert done.stdout == capsys.readouterr().out
 
 

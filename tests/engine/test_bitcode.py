@@ -25,7 +25,7 @@ nightly = pytest.mark.nightly
 
 
 def print_lines(code: str, *arguments: str, **environment: str) -> list[str]:
-    return run_python(code, *arguments, **environment).stdout.splitlines()
+    return run_python(code, *arguments, environment=environment).stdout.splitlines()
 
 
 @pytest.fixture(scope="module")

@@ -35,7 +35,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[str]:
-    return run_python(code, check=False, **environment)
+    return run_python(code, environment=environment, check=False)
 
 
 def stored_files(folder: Path) -> list[Path]:

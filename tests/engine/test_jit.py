@@ -21,7 +21,8 @@ print(directory.name, rng.unit(2**31), len(list(directory.parent.rglob("*.compil
 
 
 def start(package: Path, cache: Path) -> list[str]:
-    return run_python(COUNT_AND_RUN, folder=package, BALDWINLAB_CACHE=str(cache)).stdout.split()
+    environment = {"BALDWINLAB_CACHE": str(cache)}
+    return run_python(COUNT_AND_RUN, environment=environment, folder=package).stdout.split()
 
 
 def test_only_an_edit_of_code_that_a_function_can_contain_compiles_it_again(
@@ -69,7 +70,7 @@ print(simulate(make_small_experiment("evo+self-taught"), seed=1).energy.values.s
 @pytest.mark.nightly
 def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_path: Path) -> None:
     patched, later = (
-        run_python(PATCHED, code, BALDWINLAB_CACHE=str(tmp_path)).stdout
+        run_python(PATCHED, code, environment={"BALDWINLAB_CACHE": str(tmp_path)}).stdout
         for code in ("patched", "original")
     )
     energy = simulate(make_small_experiment("evo+self-taught"), seed=1).energy
@@ -86,7 +87,6 @@ print(simulate(experiment, seed=1).food_eaten.values.tolist())
 
 
 def test_a_simulation_without_the_compiler_has_the_same_results() -> None:
-    without_compiler = run_python(
-        SIMULATE, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore::RuntimeWarning"
-    )
+    plain_python = {"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "ignore::RuntimeWarning"}
+    without_compiler = run_python(SIMULATE, environment=plain_python)
     assert without_compiler.stdout == run_python(SIMULATE).stdout

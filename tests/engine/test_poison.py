@@ -51,7 +51,7 @@ def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> Non
 )
 def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
-    done = run_python(code, check=False, **{poison.ENVIRONMENT_VARIABLE: value})
+    done = run_python(code, environment={poison.ENVIRONMENT_VARIABLE: value}, check=False)
     assert printed in done.stdout + done.stderr
 
 

@@ -65,7 +65,8 @@ COMMANDS = [["run", "evo/A"], ["reproduce"], ["lab"]]
 )
 def test_a_command_prints_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
     code = START_WITH_VERSION.format(package=package)
-    done = run_python(code, *words, folder=tmp_path, check=False, PYTHONPATH=str(ROOT))
+    environment = {"PYTHONPATH": str(ROOT)}
+    done = run_python(code, *words, environment=environment, folder=tmp_path, check=False)
     assert done.returncode == 2
     assert done.stdout == ""
     sentence = " ".join(done.stderr.split())

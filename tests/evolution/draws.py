@@ -20,7 +20,9 @@ FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 ERROR_RATE = 0.001
 
 
-def use_selection(name: str, settings: dict[str, Any] | None = None, **evolution: Any) -> Any:
+def use_selection(
+    name: str, settings: dict[str, Any] | None = None, **evolution: Any
+) -> Experiment:
     """Return an experiment with a selection and the settings of its part."""
     table = {name.replace("-", "_"): settings} if settings else {}
     experiment: Experiment = load("evo/A").replace(

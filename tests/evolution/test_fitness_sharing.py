@@ -26,7 +26,8 @@ def count_sharing_parents(
 ) -> npt.NDArray[np.int64]:
     """Return how often each agent is a parent in many rounds."""
     experiment = use_selection("fitness-sharing", settings)
-    return count_parents(experiment, fitness, 300, make_lifetimes(genome)).sum(axis=0)
+    counts = count_parents(experiment, fitness, 300, make_lifetimes(genome))
+    return np.asarray(counts.sum(axis=0))
 
 
 def make_niches(*sizes: int) -> npt.NDArray[np.float32]:

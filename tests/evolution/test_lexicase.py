@@ -23,7 +23,7 @@ EXPERIMENT = use_selection("lexicase")
 def count_lexicase_parents(lifetimes: Lifetimes) -> npt.NDArray[np.int64]:
     """Return how often each agent is a parent in many rounds."""
     fitness = np.zeros(len(lifetimes.energy))
-    return count_parents(EXPERIMENT, fitness, 400, lifetimes).sum(axis=0)
+    return np.asarray(count_parents(EXPERIMENT, fitness, 400, lifetimes).sum(axis=0))
 
 
 def selection_probabilities(cases: Any) -> npt.NDArray[np.float64]:

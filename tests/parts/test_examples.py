@@ -36,6 +36,7 @@ from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
+SENSES_OF_POISON = ['senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -140,12 +141,8 @@ def test_agents_with_social_learning_learn_only_from_agents_that_have_eaten() ->
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_poison_and_walls_are_drawn_in_figures() -> None:
-    settings = [
-        'world.features=["poison", "obstacles"]',
-        'senses.kinds=["food", "poison"]',
-        "evolution.fitness=above-the-worst",
-    ]
-    experiment = assign(load("evo/A"), settings)
+    features = 'world.features=["poison", "obstacles"]'
+    experiment = assign(load("evo/A"), [features, *SENSES_OF_POISON])
     appearance = describe_appearance(experiment).to_dict()
     axes = draw_world_maps({"A": experiment.world}, 20, {"A": appearance}).axes[0]
     assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
@@ -164,21 +161,11 @@ def test_poison_and_walls_are_drawn_in_figures() -> None:
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_poison_costs_energy_and_has_other_inputs_than_food() -> None:
-    settings = [
-        'world.features=["poison"]',
-        'senses.kinds=["food", "poison"]',
-        "evolution.fitness=above-the-worst",
-    ]
-    settings += ["world.poison.x=[20, 100]", "world.poison.y=[10, 90]", "world.poison.cost=2"]
-    experiment = with_settings("evo", *settings)
-    assert experiment.inputs == (
-        "left",
-        "front",
-        "right",
-        "poison left",
-        "poison in front",
-        "poison right",
-    )
+    settings = ["world.poison.x=[20, 100]", "world.poison.y=[10, 90]", "world.poison.cost=2"]
+    features = 'world.features=["poison"]'
+    experiment = with_settings("evo", features, *SENSES_OF_POISON, *settings)
+    assert experiment.inputs[:3] == ("left", "front", "right")
+    assert experiment.inputs[3:] == ("poison left", "poison in front", "poison right")
     run = simulate(experiment, seed=3)
     assert run.poison_eaten.sum() > 0
     balance = run.food_eaten - 2 * run.poison_eaten

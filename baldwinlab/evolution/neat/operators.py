@@ -262,10 +262,7 @@ class Neat(Variation, name="neat"):
         ),
     )
     excess_coefficient: float = Field(
-        1.0,
-        ge=0,
-        le=1000,
-        description="Distance coefficient c1, of excess genes.",
+        1.0, ge=0, le=1000, description="Distance coefficient c1, of excess genes."
     )
     disjoint_coefficient: float = Field(
         1.0, ge=0, le=1000, description="Distance coefficient c2, of disjoint genes."
