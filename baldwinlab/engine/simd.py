@@ -98,7 +98,7 @@ _LLVM_TYPES: Final = {BLOCK: index_type(), WIDE: _VECTOR, MASK: _BIT_VECTOR}
 @register_model(BlockType)
 @register_model(WideType)
 @register_model(MaskType)
-class _Model(models.PrimitiveModel):  # type: ignore[misc]
+class _SimdModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, numba_type: Any) -> None:
         super().__init__(manager, numba_type, _LLVM_TYPES[numba_type])
 

@@ -39,25 +39,43 @@ def die(model: Any, state: Any, world: int, agent: int) -> None:
     """Let an agent die, in a per-world hook.
 
     A dead agent neither senses, moves, eats nor learns, and no agent senses it. Its slot is free
-    for a newborn. Its weights stay as they are. The call sets `state.alive` [1, lane] to 0. It has
-    no effect on a dead agent.
+    for a newborn. Its weights stay as they are. The call has no effect on a dead agent.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime.
+    state : State
+        Arrays of the step, and the other parts. `state.alive` [1, lane] is set to 0.
+    world, agent : int
+        Indices of the world and of the agent in it.
     """
     remove_agent(state.population, model, state, world, agent)
 
 
 @compiled
 def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: int) -> int:
-    """Let two agents have a child, in a per-world hook; return its index, or -1 without a slot.
+    """Let two agents have a child, in a per-world hook.
 
     The variation of the experiment creates the genome. The child has the first free slot of the
-    world, a random birthplace in the start disc, and the age 0. It learns from its genome. The call
-    sets `state.alive` [1, lane] to 1. Set `state.positions` afterwards to choose another
-    birthplace.
+    world, a random birthplace in the start disc, and the age 0. It learns from its genome. Set
+    `state.positions` after the call to choose another birthplace.
 
     Parameters
     ----------
+    model : MiniWorldModel
+        Constants of the lifetime.
+    state : State
+        Arrays of the step, and the other parts. `state.alive` [1, lane] of the child is set to 1.
+    world : int
+        Index of the world.
     first_parent, second_parent : int
         Indices of the parents in the world, the fitter one first. They can be equal.
+
+    Returns
+    -------
+    int
+        Index of the child in the world, or -1 if no slot is free.
     """
     parents = (first_parent, second_parent)
     return int(bear_agent(state.population, model, state, world, parents))
@@ -65,7 +83,22 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
 
 @compiled
 def find_free_slot(model: Any, state: Any, world: int) -> int:
-    """Return the index of the first slot of a world with a dead agent; -1 if all are alive."""
+    """Return the first free slot of a world, which is that of a dead agent.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+
+    Returns
+    -------
+    int
+        Index of the slot in the world, or -1 if all agents are alive.
+    """
     slot = -1
     agent = 0
     while slot < 0 and agent < model.agents:

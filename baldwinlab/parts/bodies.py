@@ -18,6 +18,17 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     Per agent, once per step, after the network has computed its outputs. The default action is the
     index of the largest output. If several outputs are equal, the action is the smallest of their
     indices.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
     actions = state.targets.shape[0]
     first = state.activations.shape[0] - actions
@@ -37,6 +48,17 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
 
     Per agent, once per step, after `choose_action`. The hook reads `state.action`, and writes
     `state.heading` and `state.positions`. The default hook does nothing.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 

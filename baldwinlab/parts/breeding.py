@@ -90,6 +90,8 @@ def evaluate(part: Any, lifetimes: Lifetimes, fitness: Numbers) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     lifetimes : Lifetimes
         Energy, cost of learning, eaten items, final position, records and genomes. Read only.
     fitness : array, float64 [agent]
@@ -114,6 +116,8 @@ def inherit(part: Any, innate_genome: Any, learned: Any, inherited_genome: Any) 
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     innate_genome : array, float32 [module, weight]
         Genome of the agent at birth, with all modules and genes. Read only. Module 0 is the action
         module. `innate_genome[0, part.NAME]` is the gene NAME of the part.
@@ -134,6 +138,8 @@ def assign_teachers(part: Any, innate: Any, learned: Any, taught: Any) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     innate : array, float32 [weight]
         Action module of the agent at birth. Read only.
     learned : array, float32 [weight]
@@ -156,9 +162,19 @@ class Inheritance(Part):
     resamples_genomes: ClassVar[bool] = False
 
     def wants_learned(self, experiment: Any) -> bool:
-        """Return whether `inherit` and `assign_teachers` use the weights at death. By default True.
+        """Return whether `inherit` and `assign_teachers` use the weights at death.
 
         If the result is False, the simulation does not collect the weights at death.
+
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the inheritance.
+
+        Returns
+        -------
+        bool
+            The default method returns True.
         """
         return True
 
@@ -174,12 +190,19 @@ def should_stop(part: Any, lifetimes: Lifetimes, fitness: Numbers, generation: i
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     lifetimes : Lifetimes
         Results of the lifetimes. Read only.
     fitness : array, float64 [agent]
         Fitness of each agent. Read only.
     generation : int
         Number of the generation, from 0.
+
+    Returns
+    -------
+    bool
+        True if this generation is the last one of the run.
     """
     return False
 

@@ -92,9 +92,19 @@ class Gene:
         return faults
 
     def resolve(self, part: Any, experiment: Any) -> Self:
-        """Return the gene of a part with numbers instead of names and defaults.
+        """Return the gene with numbers instead of names and defaults.
 
-        Raises ValueError if a name is unknown, or a number is outside its range.
+        Parameters
+        ----------
+        part : Part
+            The part that declares the gene.
+        experiment : BaseExperiment
+            Experiment with the part.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown, or a number is outside its range.
         """
         size = self.size
         if size is None:

@@ -30,8 +30,16 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
     genes : array, float32 [gene, lane]
         Weights of all modules after the action module, in the order of the modules. Read only.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 
@@ -42,6 +50,17 @@ def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> Non
     Per agent, at birth, after `load_genes`. `state` already contains the position, heading and
     weights of the agent. The hook may write the column of the agent in the arrays of the part and
     in `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
 
 
@@ -51,6 +70,19 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
 
     Per world, once per step, after all agents have acted. The hook may read all agents. It may
     write the arrays of the part and the per-agent arrays of `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
     """
 
 
@@ -61,6 +93,19 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     Per agent, once per step, after `observe_others`. The engine calls it during the first
     `learning.steps` steps of an agent. The hook writes `state.weights` and the column of the
     agent in the arrays of the part.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    step : int
+        Step of the lifetime, from 0.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 
@@ -142,8 +187,14 @@ def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
     synapse : Synapse
         The weight and its activations.
+    lane : Lane
+        Column of an agent, or a SIMD block.
 
     Returns
     -------
@@ -161,8 +212,14 @@ def change_synapse(part: Any, state: Any, synapse: Synapse, lane: Lane) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
     synapse : Synapse
         The weight and its activations.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
     change = compute_change(part, state, synapse, lane)
     weight = clamp(synapse.weight + synapse.rate * change, MAX_WEIGHT)
@@ -177,8 +234,12 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
     ----------
     part : NamedTuple
         The first argument of a hook of a `SynapticRule`.
+    state : State
+        Arrays of the step, and the other parts.
     rate : float32, or a SIMD block
         Factor of the changes, for example `get(state.rate, 0, lane)`.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
     source = 0
     number = 0

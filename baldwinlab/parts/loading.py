@@ -153,8 +153,12 @@ def _restore_registry(parts: dict[tuple[str, str], type]) -> None:
 def load_entry_points() -> None:
     """Import the modules of the entry-point group `baldwinlab.parts` of installed packages.
 
-    A part that was loaded from a file is not replaced. Raises PartError if a module cannot be
-    imported.
+    A part that was loaded from a file is not replaced.
+
+    Raises
+    ------
+    PartError
+        If a module cannot be imported.
     """
     loaded_parts = registry.custom_parts()
     for entry in entry_points(group=ENTRY_POINT_GROUP):
@@ -172,9 +176,22 @@ def load_entry_points() -> None:
 
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
-    """Return the sources of the custom parts that experiments choose, sorted by kind and name.
+    """Return the sources of the custom parts that experiments choose.
 
-    Raises PartError if a part is not loaded, or has no source file.
+    Parameters
+    ----------
+    experiments : iterable of BaseExperiment
+        The experiments.
+
+    Returns
+    -------
+    tuple of Source
+        Sources, sorted by kind and name.
+
+    Raises
+    ------
+    PartError
+        If a part is not loaded, or has no source file.
     """
     custom_parts = {choice for experiment in experiments for choice in custom_choices(experiment)}
     return tuple(source_of(kind, name) for kind, name in sorted(custom_parts))

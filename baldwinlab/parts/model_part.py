@@ -161,7 +161,13 @@ class Model(Part):
         return dict(self.measures)
 
     def without_learning(self) -> Self:
-        """Return the same model without learning. Raise ValueError if it has none."""
+        """Return the same model without learning.
+
+        Raises
+        ------
+        ValueError
+            If the model has no lifetime without learning.
+        """
         if not self.settings_without_learning:
             raise ValueError(f"the model {self.name!r} has no lifetime without learning")
         return self.model_copy(update=dict(self.settings_without_learning))
@@ -232,6 +238,11 @@ class Model(Part):
             Cost of learning. 0 by default.
         learned : array [run, agent, weight], optional
             First module at death, if it is needed.
+
+        Returns
+        -------
+        LifeResults
+            The results.
         """
         return LifeResults(
             energy=energy,

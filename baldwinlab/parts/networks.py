@@ -19,10 +19,14 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
     weights : array, float32 [weight, lane]
         Weights of the module. Read only.
     activations : array, float32 [unit, lane]
         Activations of all units.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 
@@ -58,8 +62,12 @@ def backward(part: Any, training: Training, lane: Lane) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
     training : Training
         Weights, activations, targets and learning rate. The hook changes `training.weights`.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 
@@ -72,6 +80,8 @@ def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
     weights : array, float32 [weight, lane]
         Weights of the module. Read only.
     units : int
@@ -135,7 +145,14 @@ class Network(Part):
     ) -> tuple[tuple[int, int], ...]:
         """Return the context units of a recurrent network, for drawings.
 
-        The parameters are those of `layers`.
+        Parameters
+        ----------
+        inputs : int
+            Number of inputs.
+        hidden : tuple of int
+            The setting `network.hidden`.
+        actions : int
+            Number of outputs.
 
         Returns
         -------

@@ -6,15 +6,8 @@ A part is a subclass of a kind of part, with a name: `class Social(LearningRule,
 - `arrays` declares the arrays of the part.
 - Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
 
-The kind declares the names of the arguments of each hook. The docstring of a hook describes only
-its further arguments:
-
-- `part`: a NamedTuple of the numeric settings, `derived` values and arrays of the part.
-- `model`: a MiniWorldModel, the constants of the lifetime. Read only.
-- `state`: a State, the arrays of the step, and the other parts.
-- `world`, `agent`: indices of the world and of the agent in it.
-- `lane`: the column of an agent, or a SIMD block. It is `world * model.agents + agent`.
-- `step`: step of the lifetime, from 0.
+The kind declares the names of the arguments of each hook. The first argument is the part: a
+NamedTuple of its numeric settings, its `derived` values and its arrays.
 
 Parts of agents and of their world have two types of hooks. A *per-agent* hook is called for one
 lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. It must not
@@ -146,7 +139,15 @@ class Part(Fields, metaclass=PartMeta):
     def check(self, experiment: Any) -> None:
         """Check that the part fits an experiment.
 
-        Raises ValueError if it cannot be used with these settings. The user reads the message.
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the part.
+
+        Raises
+        ------
+        ValueError
+            If the part cannot be used with these settings. The message is shown to the user.
         """
 
 

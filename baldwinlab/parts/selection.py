@@ -59,6 +59,8 @@ def select(part: Any, generation: Generation) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     generation : Generation
         Fitness, results of lifetimes, and random numbers. The hook fills `generation.parents`. Then
         the engine puts the fitter parent first. If the second parent of a child is `ITSELF`, the
@@ -75,6 +77,8 @@ def mark_survivors(part: Any, generation: Generation, count: int) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     generation : Generation
         The generation with its parents. The hook sets the first `count` rows of
         `generation.parents` to (agent, `ITSELF`).
@@ -162,7 +166,15 @@ class Selection(Part):
     def mixing_settings(cls, experiment: Any) -> list[str]:
         """Return the settings of an experiment that would mix the groups of the selection.
 
-        The settings are texts, as a user writes them. The list is empty without groups.
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the selection.
+
+        Returns
+        -------
+        list of str
+            Settings, as a user writes them. Empty if the selection has no groups.
         """
         if not cls.has_groups:
             return []

@@ -15,6 +15,17 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
 
     Per agent, once per step. The engine calls it if `is_continuous` is false.
 
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
+
     Returns
     -------
     int
@@ -30,6 +41,17 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     Per agent, once per step. The engine calls it if `is_continuous` is true. The hook writes an
     entry of `state.activations` for each input of the part, any finite float32, from row
     `part.first_input` on. It may also write the arrays of the part.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
 
 
@@ -39,6 +61,19 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
 
     Per world, at the beginning of every step. The hook may write the arrays of the part and the
     per-agent arrays of `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
     """
 
 

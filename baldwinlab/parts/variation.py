@@ -72,6 +72,13 @@ def vary(part: Any, mating: Mating) -> None:
     """Create one child from two parents.
 
     Per child, by the default `vary_population`. It must write every entry of `mating.child`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    mating : Mating
+        The parents, random numbers, and the child.
     """
 
 
@@ -82,6 +89,13 @@ def vary_population(part: Any, brood: Brood) -> None:
     Per population, after selection. By default the hook copies the survivors and calls `vary` for
     all other children. A variation overrides the hook if children depend on other children. The
     override must copy the survivors, too.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    brood : Brood
+        The population, the parents, and the children.
     """
     vary_children(part, brood, 0, brood.children.shape[0])
 
@@ -115,6 +129,8 @@ def init_founders(part: Any, genome: Any) -> None:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
     genome : array, float32 [agent, module, weight]
         Genomes drawn from N(0, 1). The hook changes them.
     """
@@ -164,5 +180,11 @@ class Variation(Part):
 
     @classmethod
     def has_independent_children(cls) -> bool:
-        """Return whether no child depends on other children or on arrays of the run."""
+        """Return whether each child depends only on its parents.
+
+        Returns
+        -------
+        bool
+            False if a child depends on other children or on arrays of the run.
+        """
         return cls.vary_population is vary_population.default and not cls.arrays

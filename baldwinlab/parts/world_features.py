@@ -17,6 +17,17 @@ def init_world(part: Any, model: Any, state: Any, world: int) -> None:
     """Initialize the arrays of the part for a world.
 
     Per world, at the beginning of a lifetime, before agents and items are placed.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
     """
 
 
@@ -29,6 +40,10 @@ def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> boo
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
     x, y : float32
         Position, in units of length. y points down.
 
@@ -65,6 +80,10 @@ def blocks_sight(part: Any, model: Any, line: LineOfSight) -> Mask:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
     line : LineOfSight
         The line from the agent to the item or other agent.
 
@@ -86,6 +105,10 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
 
     Parameters
     ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
     x, y : float32, or a SIMD block
         New position, in units of length. y points down.
 
@@ -103,6 +126,19 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
 
     Per world, once per step, after all agents have eaten. The hook may write the arrays of the
     part, and the items and agents of the world.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
     """
 
 

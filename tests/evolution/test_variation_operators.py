@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.stats import chisquare, kstest
+from scipy.stats import chisquare
 
 import baldwinlab as bl
 from baldwinlab.api.checks.declarations import list_read_settings
@@ -101,21 +101,6 @@ def test_compiled_children_inherit_each_gene_from_the_same_module_of_a_parent(na
     # Axes: child, parent, module, gene.
     from_parents = children[:, None] == genome[parents]
     assert from_parents.any(axis=1).all()
-
-
-def test_a_gaussian_mutation_has_mean_0_and_the_mutation_size_as_standard_deviation() -> None:
-    experiment = load("evo/A").replace(
-        population={"size": 500},
-        evolution={"variation": "gaussian", "mutation_rate": 0.3, "mutation_size": 0.25},
-    )
-    children, _ = breed(
-        experiment, np.zeros((500, 1, 60), np.float32), np.ones(500), GenerationKey(2, 0, 1)
-    )
-    changes = children[children != 0]
-    assert abs(changes.size / children.size - 0.3) < 4 * np.sqrt(0.3 * 0.7 / children.size)
-    assert abs(changes.mean()) < 4 * 0.25 / np.sqrt(changes.size)
-    assert abs(changes.var() / 0.25**2 - 1) < 4 * np.sqrt(2 / changes.size)
-    assert kstest(changes / 0.25, "norm").pvalue > 0.001
 
 
 def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -> None:
@@ -215,35 +200,19 @@ def test_the_genomes_of_survivors_do_not_change_with_a_gene_pool() -> None:
     assert not np.isin(children[3:], genome).any(), "all weights of the other children mutated"
 
 
-def breed_generations(std: float, size: float, generations: int) -> Any:
-    """Return the genomes of 20,000 agents without selection, by generation."""
-    experiment = bl.load("moving-optimum").replace(
-        population={"size": 20_000},
-        evolution={
-            "variation": "infinitesimal",
-            "selection": "neutral",
-            "mutation_size": size,
-        },
-    )
-    genomes = np.random.default_rng(1).normal(0, std, (20_000, 1, 1)).astype(np.float32)
-    result = [genomes]
-    for generation in range(1, generations + 1):
-        genomes, _ = breed(experiment, genomes, np.ones(20_000), GenerationKey(0, 0, generation))
-        result.append(genomes)
-    return result
-
-
-def test_the_variance_approaches_twice_that_of_segregation() -> None:
+def test_the_variance_of_the_infinitesimal_model_approaches_twice_that_of_segregation() -> None:
     """Each generation halves the variance of the parents and adds that of segregation."""
+    n_agents = 20_000
+    experiment = bl.load("moving-optimum").replace(
+        population={"size": n_agents},
+        evolution={"variation": "infinitesimal", "selection": "neutral", "mutation_size": 0.5},
+    )
+    genomes = np.random.default_rng(1).normal(0, 2, (n_agents, 1, 1)).astype(np.float32)
     variance = 4.0
-    for genomes in breed_generations(2.0, 0.5, 6):
-        assert genomes.var() == pytest.approx(variance, rel=4 * np.sqrt(2 / 20_000) * 2)
+    for generation in range(1, 7):
+        genomes, _ = breed(experiment, genomes, np.ones(n_agents), GenerationKey(0, 0, generation))
         variance = variance / 2 + 0.25
-
-
-def test_the_children_of_equal_parents_are_normal() -> None:
-    children = breed_generations(0.0, 0.5, 1)[-1]
-    assert kstest(children.ravel() / 0.5, "norm").pvalue > 0.001
+        assert genomes.var() == pytest.approx(variance, rel=4 * np.sqrt(2 / n_agents) * 2)
 
 
 def sphere_experiment(variation: str) -> Experiment:
