@@ -4,7 +4,7 @@ import subprocess
 from pathlib import Path
 
 from baldwinlab.cli import COMMANDS
-from baldwinlab.engine.sources import remove_comments
+from baldwinlab.engine.fingerprint import remove_comments
 
 
 def list_files(*patterns: str) -> list[Path]:

@@ -13,8 +13,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.core.names import suggest
 from baldwinlab.evolution import Genome
-from baldwinlab.evolution.finite import find_faulty_gene
-from baldwinlab.evolution.genes import require_genes_in_range
+from baldwinlab.evolution.genes import find_faulty_gene, require_genes_in_range
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes, decode_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.toml import from_toml

@@ -22,9 +22,9 @@ import numba
 from llvmlite import binding as llvm
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.engine import simd, sources
+from baldwinlab.engine import simd
 from baldwinlab.engine.cache import Functions, hash_sources
-from baldwinlab.engine.fingerprint import list_modules, name_fingerprint
+from baldwinlab.engine.fingerprint import STORED, list_modules, name_fingerprint, write_sources
 from baldwinlab.engine.numba_internals.dispatchers import hash_signature
 
 FOLDER: Final = Path(__file__).parent / "entry_points"
@@ -92,5 +92,5 @@ def write_bitcode(entry_points: Iterable[tuple[Functions, Any, bytes]]) -> None:
     for path, content in contents.items():
         write_atomically(path, content)
     requirements = json.dumps(list_requirements(), indent=2)
-    sources.write_sources(FOLDER / sources.STORED.name, modules)
+    write_sources(FOLDER / STORED.name, modules)
     write_atomically(FOLDER / REQUIREMENTS, f"{requirements}\n".encode())

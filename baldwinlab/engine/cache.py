@@ -23,8 +23,8 @@ import numba
 import platformdirs
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.engine import simd, sources
-from baldwinlab.engine.fingerprint import fingerprint, list_modules
+from baldwinlab.engine import simd
+from baldwinlab.engine.fingerprint import fingerprint, hash_files, hash_modules, list_modules
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 
 try:
@@ -43,7 +43,7 @@ Functions = tuple[Callable[..., Any], ...]
 @cache
 def engine_hash() -> str:
     """Hash all sources of compiled code, the version of Numba, and the lanes of a SIMD block."""
-    return _hash_text(f"{_compiler_hash()} {sources.hash_files()}")
+    return _hash_text(f"{_compiler_hash()} {hash_files()}")
 
 
 def _compiler_hash() -> str:
@@ -63,7 +63,7 @@ def cache_directory(functions: Functions) -> Path | None:
 def hash_sources(functions: Functions) -> str:
     """Hash the modules of functions, and all modules that they import."""
     root = cache_root()
-    return sources.hash_modules(list_modules(functions), root and root / SOURCES_FILE)
+    return hash_modules(list_modules(functions), root and root / SOURCES_FILE)
 
 
 @cache

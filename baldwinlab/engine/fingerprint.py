@@ -1,17 +1,47 @@
-"""Fingerprints of functions, which identify compiled code in the cache and during compilation."""
+"""Fingerprints of functions, and hashes of their source files, which identify compiled code.
+
+A fingerprint identifies a function in memory, in the cache and during compilation. A hash of a
+source file ignores comments and docstrings.
+
+Compiled code contains functions of the modules of its parts, and of the modules that these import,
+directly or not. So `hash_modules` follows the imports inside the package. A change of another
+module, for example of another learning rule, does not change the hash.
+
+A hash is the same for all versions of Python. Its computation takes 10 ms per file, so the package
+contains the results for its shipped entry points (`STORED`), and the cache contains all others.
+Both identify a file by its bytes.
+"""
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import io
+import json
+import tokenize
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-_PACKAGE: Final = Path(__file__).parents[1]
+from baldwinlab.core.file_writing import write_atomically
+
+PACKAGE: Final = Path(__file__).parents[1]
+COMPILED_PACKAGES: Final = ("engine", "evolution", "models", "parts")
+"""The packages with compiled code. `fingerprint` contains the constants that they import."""
+COMPILER: Final = "baldwinlab.engine.jit"
+"""The module that compiles all entry points."""
+STORED: Final = Path(__file__).parent / "entry_points" / "sources.json"
+MAX_STORED: Final = 2000
+"""The number of sources that the cache contains."""
+
+_LAYOUT: Final = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
+_NO_CODE: Final = {*_LAYOUT, tokenize.COMMENT, tokenize.ENCODING, tokenize.ENDMARKER}
 # Since Python 3.14. Earlier versions store None if a function has no docstring.
 _HAS_DOCSTRING: Final = getattr(inspect, "CO_HAS_DOCSTRING", None)
 
@@ -102,8 +132,8 @@ def _constants(code: CodeType) -> tuple[Any, ...]:
 
 def _name_pieces(code: CodeType) -> Iterator[str]:
     path = Path(code.co_filename)
-    if path.is_relative_to(_PACKAGE):
-        yield path.relative_to(_PACKAGE).as_posix()
+    if path.is_relative_to(PACKAGE):
+        yield path.relative_to(PACKAGE).as_posix()
     else:
         yield from _code_pieces(code)
 
@@ -120,3 +150,156 @@ def _used_globals(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _used_globals(constant, namespace)
+
+
+class SourceFile(NamedTuple):
+    """What compiled code depends on in a source file: its code, and the imported modules."""
+
+    name: str
+    code: str
+    imports: tuple[str, ...]
+
+
+def hash_modules(names: Iterable[str], stored: Path | None = None) -> str:
+    """Hash the code of modules and of all modules that they import.
+
+    Sources are read from the file `stored`, and added to it.
+    """
+    return _hash_modules(frozenset(names), stored)
+
+
+@cache
+def _hash_modules(names: frozenset[str], stored: Path | None) -> str:
+    sources = read_sources(names, stored)
+    text = "\n".join(f"{name} {sources[name].code}" for name in sorted(sources))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def read_sources(names: Iterable[str], stored: Path | None = None) -> dict[str, SourceFile]:
+    """Return the sources of modules, of the compiler, and of all modules that they import."""
+    known = _read_known(STORED) | (_read_known(stored) if stored else {})
+    n_known = len(known)
+    sources: dict[str, SourceFile] = {}
+    waiting = [COMPILER, *names]
+    while waiting:
+        name = waiting.pop()
+        if name not in sources and (path := find_module(name)):
+            key, content = _read_file(path)
+            if key not in known:
+                known[key] = parse_source(name, content)
+            sources[name] = known[key]
+            waiting += known[key].imports
+    if stored and len(known) > n_known:
+        _write_known(stored, dict([*known.items()][-MAX_STORED:]))
+    return sources
+
+
+@cache
+def hash_files() -> str:
+    """Hash the bytes of all source files of compiled code."""
+    digest = hashlib.sha256()
+    for name in COMPILED_PACKAGES:
+        for path in sorted((PACKAGE / name).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def write_sources(file: Path, names: Iterable[str]) -> None:
+    """Store the sources of modules, and of all modules that they import."""
+    sources = read_sources(names)
+    paths = {name: find_module(name) for name in sorted(sources)}
+    known = {_read_file(path)[0]: sources[name] for name, path in paths.items() if path}
+    _write_known(file, known)
+
+
+@cache
+def _read_known(path: Path) -> dict[str, SourceFile]:
+    """Return stored sources by the hash of the bytes of their files."""
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        entries: dict[str, Any] = json.loads(path.read_bytes())
+        return {
+            key: SourceFile(name, code, tuple(imports))
+            for key, (name, code, imports) in entries.items()
+        }
+    return {}
+
+
+def _write_known(path: Path, known: Mapping[str, SourceFile]) -> None:
+    """Store sources, one line for each. Without them, the next process computes them again."""
+    lines = [f"{json.dumps(key)}: {json.dumps(source)}" for key, source in known.items()]
+    with suppress(OSError):
+        write_atomically(path, "{{\n{}\n}}\n".format(",\n".join(lines)).encode())
+    _read_known.cache_clear()
+
+
+@cache
+def _read_file(path: Path) -> tuple[str, bytes]:
+    """Return the hash of the bytes of a file, and the bytes."""
+    content = path.read_bytes()
+    return hashlib.sha256(content).hexdigest()[:32], content
+
+
+@cache
+def find_module(name: str) -> Path | None:
+    """Return the file of a module with compiled code, or None for another name."""
+    root, *parts = name.split(".")
+    if root != PACKAGE.name or not parts or parts[0] not in COMPILED_PACKAGES:
+        return None
+    path = PACKAGE.joinpath(*parts)
+    files = (path.with_suffix(".py"), path / "__init__.py")
+    return next((file for file in files if file.is_file()), None)
+
+
+def parse_source(name: str, content: bytes) -> SourceFile:
+    """Return the hash of the code of a module, and the modules that it imports."""
+    text = content.decode("utf-8").replace("\r\n", "\n")
+    code = hashlib.sha256(remove_comments(text).encode()).hexdigest()[:16]
+    return SourceFile(name, code, tuple(sorted(set(_list_imports(ast.parse(text))))))
+
+
+def _list_imports(tree: ast.AST) -> Iterator[str]:
+    """Yield the imported modules with compiled code, and the packages that contain them."""
+    for node in ast.walk(tree):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            # An imported name can be a module.
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            while name:
+                if find_module(name):
+                    yield name
+                name = name.rpartition(".")[0]
+
+
+def remove_comments(text: str) -> str:
+    """Return source code without comments, docstrings and blank lines.
+
+    Versions of Python divide an f-string into different tokens. So the result has lines of the
+    file, and tokens only tell where comments are.
+    """
+    lines = text.split("\n")
+    code_rows: set[int] = set()
+    for statement in _split_statements(text):
+        tokens = [token for token in statement if token.type not in _NO_CODE]
+        for token in statement:
+            if token.type == tokenize.COMMENT:
+                row, column = token.start
+                lines[row - 1] = lines[row - 1][:column].rstrip()
+        # A string that is a statement is a docstring.
+        if any(token.type != tokenize.STRING for token in tokens):
+            for token in tokens:
+                code_rows.update(range(token.start[0], token.end[0] + 1))
+    return "\n".join(lines[row - 1] for row in sorted(code_rows))
+
+
+def _split_statements(text: str) -> Iterator[list[tokenize.TokenInfo]]:
+    """Yield the tokens of each logical line."""
+    statement: list[tokenize.TokenInfo] = []
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        statement.append(token)
+        if token.type == tokenize.NEWLINE:
+            yield statement
+            statement = []
+    yield statement

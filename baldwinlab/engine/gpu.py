@@ -18,9 +18,9 @@ from typing import Any, Final, cast
 import numpy as np
 from numba import config, cuda
 
+from baldwinlab.engine import require_tested_version
 from baldwinlab.engine.jit import GENERIC, Function
 from baldwinlab.engine.simd import ONE_LANE_FUNCTIONS
-from baldwinlab.engine.versions import require_tested_version
 
 COMPILATION_LOCK = threading.Lock()
 """A lock that prevents two threads from compiling the same kernel."""

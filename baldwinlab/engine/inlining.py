@@ -19,11 +19,12 @@ from typing import Any, Final
 from numba import types
 
 from baldwinlab.engine.fingerprint import fingerprint
-from baldwinlab.engine.numba_internals.libraries import UNROLLING, LinkedLibrary
 from baldwinlab.engine.numba_internals.lowering import BaseTuple, named_tuple_class
 from baldwinlab.engine.numba_internals.pipeline import (
+    UNROLLING,
     Compiler,
     CompileResult,
+    LinkedLibrary,
     find_attribute_reads,
     find_calls,
 )

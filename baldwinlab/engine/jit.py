@@ -30,8 +30,7 @@ from baldwinlab.engine.fingerprint import python_of
 from baldwinlab.engine.inlining import Inlined
 from baldwinlab.engine.numba_internals import dispatchers
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
-from baldwinlab.engine.numba_internals.libraries import unrolling
-from baldwinlab.engine.numba_internals.pipeline import EntryCompiler
+from baldwinlab.engine.numba_internals.pipeline import EntryCompiler, unrolling
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -63,16 +62,6 @@ def compiled(function: Function) -> Function:
 
     Numba compiles the function into each hook that calls it. A call from Python executes the Python
     code, because compiling a wrapper for a state of sixty arrays takes as long as everything else.
-
-    Parameters
-    ----------
-    function
-        A Python function that Numba can compile.
-
-    Returns
-    -------
-    callable
-        The function.
     """
     return cast(Function, register(function, lambda *types: function))
 

@@ -92,22 +92,15 @@ MASK = MaskType()
 _VALUE_TYPES: Final = (WIDE, types.float32)
 
 
+_LLVM_TYPES: Final = {BLOCK: index_type(), WIDE: _VECTOR, MASK: _BIT_VECTOR}
+
+
 @register_model(BlockType)
-class _BlockModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, index_type())
-
-
 @register_model(WideType)
-class _WideModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, _VECTOR)
-
-
 @register_model(MaskType)
-class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
+class _SimdModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, numba_type: Any) -> None:
-        super().__init__(manager, numba_type, _BIT_VECTOR)
+        super().__init__(manager, numba_type, _LLVM_TYPES[numba_type])
 
 
 def simd_block(first: int) -> Lane:
@@ -157,11 +150,6 @@ def clamp(value: Value, limit: np.float32) -> Value:
         Any number.
     limit : float32
         Maximum absolute value.
-
-    Returns
-    -------
-    float32, or a SIMD block
-        The limited number.
     """
     return min(max(value, -limit), limit)
 
@@ -255,10 +243,6 @@ def _emit_width(context: Any, builder: Any, signature: Any, arguments: Any) -> A
     return index_constant(context, WIDTH)
 
 
-def _emit_first_lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return arguments[0]
-
-
 _register_instructions(
     simd_block,
     lambda first: BLOCK if isinstance(first, types.Integer) else None,
@@ -267,7 +251,10 @@ _register_instructions(
 )
 _register_instructions(lanes_in_block, lambda: types.intp, [()], _emit_width)
 _register_instructions(
-    first_lane, lambda lane: types.intp if lane is BLOCK else None, [(BLOCK,)], _emit_first_lane
+    first_lane,
+    lambda lane: types.intp if lane is BLOCK else None,
+    [(BLOCK,)],
+    lambda context, builder, signature, arguments: arguments[0],
 )
 _register_instructions(
     lanes_of, lambda lane: types.intp if lane is BLOCK else None, [(BLOCK,)], _emit_width
@@ -408,10 +395,6 @@ def _emit_any_of(context: Any, builder: Any, signature: Any, arguments: Any) -> 
     return builder.icmp_unsigned("!=", builder.bitcast(words, bits_type), ir.Constant(bits_type, 0))
 
 
-def _emit_negated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return builder.not_(arguments[0])
-
-
 def _emit_lookup(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     table, float_indices = arguments
     data = array_data(context, builder, signature.args[0], table)
@@ -468,7 +451,10 @@ _register_instructions(
     any_of, lambda mask: types.boolean if mask is MASK else None, [(MASK,)], _emit_any_of
 )
 _register_instructions(
-    negated, lambda mask: MASK if mask is MASK else None, [(MASK,)], _emit_negated
+    negated,
+    lambda mask: MASK if mask is MASK else None,
+    [(MASK,)],
+    lambda context, builder, signature, arguments: builder.not_(arguments[0]),
 )
 _register_instructions(
     lookup, lambda table, index: _wide_type(index), [(types.Array, WIDE)], _emit_lookup

@@ -33,13 +33,13 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import UNWRAPPED, compile_to_llvm
-from baldwinlab.engine.numba_internals.libraries import make_pass_builder, unrolling
 from baldwinlab.engine.numba_internals.lowering import (
     BaseNamedTuple,
     BaseTuple,
     data_type,
     define_plain_function,
 )
+from baldwinlab.engine.numba_internals.pipeline import make_pass_builder, unrolling
 from baldwinlab.engine.reference import Reference
 
 TARGET_TRIPLE: Final = "wasm32-unknown-unknown"
@@ -63,11 +63,7 @@ def module(entries: Mapping[str, Entry]) -> bytes:
     Raise RefusedError if no linker is installed.
     """
     linker = find_linker()
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    machine = llvm.Target.from_triple(TARGET_TRIPLE).create_target_machine(
-        features=TARGET_FEATURES, opt=OPTIMIZATION_LEVEL
-    )
+    machine = _make_target_machine()
     linked_module: Any = None
     for name, (function, arguments) in entries.items():
         text, symbol = _compile(function, arguments)
@@ -85,6 +81,14 @@ def module(entries: Mapping[str, Entry]) -> bytes:
     builder.getModulePassManager().run(linked_module, builder)
     linked_module.verify()
     return _link(linker, machine.emit_object(linked_module), entries)
+
+
+def _make_target_machine() -> Any:
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    return llvm.Target.from_triple(TARGET_TRIPLE).create_target_machine(
+        features=TARGET_FEATURES, opt=OPTIMIZATION_LEVEL
+    )
 
 
 def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, str]:
@@ -142,12 +146,7 @@ def memory_offsets(tuple_type: Any) -> tuple[int, dict[str, int]]:
 
     The name of a field is a path, such as "network.sizes".
     """
-    llvm.initialize_all_targets()
-    data = (
-        llvm.Target.from_triple(TARGET_TRIPLE)
-        .create_target_machine(features=TARGET_FEATURES)
-        .target_data
-    )
+    data = _make_target_machine().target_data
     llvm_type = data_type(tuple_type)
     # `_memory_offsets` returns names that begin with a dot.
     offsets = {

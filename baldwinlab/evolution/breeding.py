@@ -1,7 +1,13 @@
-"""Breeding: selection of parents and variation of their genomes make the next generation."""
+"""Breeding: selection of parents and variation of their genomes make the next generation.
+
+A single mutant is a copy of a genome with one mutation. The variation makes a child of an agent
+with itself, so recombination has no effect. A mutant has one of the genes that differ in this
+child, chosen at random.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -9,9 +15,8 @@ import numpy as np
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.threads import run_in_ranges
-from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genomes
-from baldwinlab.evolution.genes import inherit_genes, make_gene_table
+from baldwinlab.evolution.genes import inherit_genes, make_gene_table, require_finite
 from baldwinlab.evolution.inheritance import apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
@@ -137,3 +142,36 @@ def _complete_parents(parents: Parents, first_child: int, end_child: int) -> Non
     for child in range(first_child, end_child):
         if parents[child, 1] == ITSELF:
             parents[child, 1] = parents[child, 0]
+
+
+def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: Genome) -> Genome:
+    """Return a single mutant of each agent.
+
+    - `experiment`: the experiment with the variation. If the variation has a mutation rate, it is
+      set to 1, so that each of its genes mutates with equal probability.
+    - `key`: key of the random numbers. No generation of the run may have it.
+    - `genome`: [agent, module, weight] with the same genes at the same entries.
+
+    Returns the mutants. A mutant equals its agent if the variation changes none of its genes.
+    """
+    n_agents = len(genome)
+    experiment = _mutate_all_genes(experiment)
+    itself = np.repeat(np.arange(n_agents, dtype=np.int32)[:, None], 2, axis=1)
+    equal_fitness = np.zeros(n_agents)
+    children = make_children(experiment, key, genome, equal_fitness, itself).reshape(n_agents, -1)
+    mutants = genome.reshape(n_agents, -1).copy()
+    draws = key.uniforms(rng.SELECTION, (n_agents, 1))[:, 0, 0]
+    for mutant, child, draw in zip(mutants, children, draws, strict=True):
+        changed_genes = np.flatnonzero(child != mutant)
+        if changed_genes.size:
+            gene = changed_genes[int(draw * changed_genes.size)]
+            mutant[gene] = child[gene]
+    return mutants.reshape(genome.shape)
+
+
+@lru_cache(maxsize=64)
+def _mutate_all_genes(experiment: BaseExperiment) -> BaseExperiment:
+    """Return the experiment with the mutation rate 1, if its variation has a rate."""
+    if "mutation_rate" not in experiment.part("evolution.variation").reads:
+        return experiment
+    return experiment.replace(evolution={"mutation_rate": 1.0})

@@ -13,9 +13,8 @@ from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import RunArrays, breeding_part, has_run_arrays
-from baldwinlab.parts.fitness import Fitness as FitnessPart
-from baldwinlab.parts.fitness import evaluate
+from baldwinlab.parts.breeding import Fitness as FitnessPart
+from baldwinlab.parts.breeding import RunArrays, breeding_part, evaluate, has_run_arrays
 from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
 from baldwinlab.parts.model_part import LifeResults
 

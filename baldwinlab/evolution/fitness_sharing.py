@@ -16,8 +16,8 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.neat.operators import genome_part
+from baldwinlab.evolution.proportional_selection import spin
 from baldwinlab.evolution.rng_key import Genome
-from baldwinlab.evolution.roulette_wheel import spin
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts import Field, Generation, Selection
 

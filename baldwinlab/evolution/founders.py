@@ -18,8 +18,12 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.engine.threads import run_in_ranges
-from baldwinlab.evolution.finite import find_faulty_gene, require_finite
-from baldwinlab.evolution.genes import require_genes_in_range, set_initial_genes
+from baldwinlab.evolution.genes import (
+    find_faulty_gene,
+    require_finite,
+    require_genes_in_range,
+    set_initial_genes,
+)
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.evolution.species import derive_key, list_founder_experiments, stack_genomes

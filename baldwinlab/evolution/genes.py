@@ -1,4 +1,6 @@
-"""Inheritance and mutation of the genes of parts.
+"""Check of new genomes; inheritance and mutation of the genes of parts.
+
+The genomes of each generation of a run are checked once: all genes are written and finite.
 
 A child inherits each gene from one of its parents with equal probability. The gene then mutates as
 its declaration states, and stays in its range. A survivor keeps its genes. Genes are inherited
@@ -18,7 +20,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile, power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
-from baldwinlab.experiment import BaseExperiment, registry
+from baldwinlab.experiment import BaseExperiment, Experiment, registry
 from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.parts.genes import MUTATIONS
 
@@ -33,6 +35,49 @@ NO_MUTATION: Final = MUTATIONS.index("none")
 LOG_NORMAL: Final = MUTATIONS.index("log-normal")
 # log10(e): exp(x) is ten to the power of x * LOG_OF_E.
 LOG_OF_E: Final = 0.4342944819032518
+
+
+def require_finite(
+    experiment: BaseExperiment, key: GenerationKey, genome: Genome, *paths: str
+) -> None:
+    """Require that all genes are finite, except those that the network or the model declares."""
+    position = find_faulty_gene(experiment, genome)
+    if position:
+        agent, module, gene = position
+        parts = " and ".join(f"{path} = {_name_parts(experiment, path)}" for path in paths)
+        raise RefusedError(
+            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent "
+            f"{agent} unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
+            f"{key.generation} of run {key.run}; every gene must be a finite number, so correct "
+            "the part, or choose smaller rates"
+        )
+
+
+def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, ...]:
+    """Return the position of the first gene that is not finite and not declared, or ().
+
+    The position has one number for each dimension of `genome` [..., module, weight].
+    """
+    if np.isfinite(genome).all():
+        return ()
+    faulty = ~np.isfinite(genome)
+    # The part that defines the format of genomes declares which genes may be infinite.
+    genome_field = "network.kind" if isinstance(experiment, Experiment) else "model"
+    infinite_genes = list(experiment.part(genome_field).infinite_genes)
+    faulty[..., infinite_genes] = np.isnan(genome[..., infinite_genes])
+    positions = np.argwhere(faulty)
+    return tuple(positions[0].tolist()) if len(positions) > 0 else ()
+
+
+def _name_parts(experiment: BaseExperiment, path: str) -> str:
+    """Return the value of a field: the names of its parts, or the paths of the genome files."""
+    if path == "model":
+        names = [experiment.model]
+    elif path == "evolution.founders":
+        names = [entry.path for entry in experiment.evolution.founders]
+    else:
+        names = [part.name for part in experiment.parts(path)]
+    return ", ".join(repr(name) for name in names)
 
 
 class GeneTable(NamedTuple):

@@ -1,4 +1,22 @@
-"""Inheritance of genomes and learned weights, and the control of teachers (`learning.teacher`)."""
+"""Inheritance of genomes and learned weights, and the control of teachers (`learning.teacher`).
+
+With `social-heredity`, parents teach their children. Generations do not overlap, so the genome of a
+child contains its teacher: the reinforcement module at birth is the action module of the parents at
+death. A rule that learns toward the reinforcement module, for example `self-taught`, then imitates
+the parents' outputs for the inputs of the child. The action module is inherited as in `darwinian`.
+
+Our interpretation: variation applies to teachers as it applies to action modules. A teacher is
+therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, it comes
+from one parent. The teachers of the first generation are drawn from N(0, 1). With
+`learning.teacher = "shuffled"`, the parents of another agent teach. Without a reinforcement module
+the scheme equals `darwinian`.
+
+References
+----------
+.. [1] N. Le, "Organic selection and social heredity: the original Baldwin effect revisited", ALIFE
+   2019. We do not know its parameters.
+.. [2] J. M. Baldwin, "A new factor in evolution", American Naturalist 30 (1896).
+"""
 
 from __future__ import annotations
 
@@ -12,10 +30,16 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_module
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
-from baldwinlab.evolution.sorting import Order, sort_by
+from baldwinlab.evolution.selection import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import RunArrays, breeding_part, has_run_arrays
-from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
+from baldwinlab.parts.breeding import (
+    Inheritance,
+    RunArrays,
+    assign_teachers,
+    breeding_part,
+    has_run_arrays,
+    inherit,
+)
 from baldwinlab.parts.selection import reads_lifetimes
 from baldwinlab.parts.variation import OneGenome
 
@@ -50,6 +74,25 @@ class Darwinian(Inheritance, name="darwinian"):
             weighted_innate = (1.0 - part.share) * np.float64(innate_genome[0, weight])
             acquired = np.float64(np.float32(part.share) * learned[weight])
             inherited_genome[0, weight] = np.float32(weighted_innate + acquired)
+
+
+class SocialHeredity(Darwinian, name="social-heredity"):
+    """The genome at birth is inherited, and the parents teach.
+
+    The reinforcement module of a child is the learned action module of its parents.
+
+    References
+    ----------
+    Baldwin 1896; Le 2019.
+    """
+
+    def wants_learned(self, experiment: Any) -> bool:
+        return "reinforcement" in experiment.modules or super().wants_learned(experiment)
+
+    @staticmethod
+    def assign_teachers(part: Any, innate: Weights, learned: Weights, taught: Weights) -> None:
+        for weight in range(learned.size):
+            taught[weight] = learned[weight]
 
 
 class NoInheritance(Inheritance, name="none"):

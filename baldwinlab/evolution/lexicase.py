@@ -17,8 +17,8 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.rng import Stream, draw
-from baldwinlab.evolution.roulette_wheel import draw_index
-from baldwinlab.evolution.sorting import Order
+from baldwinlab.evolution.proportional_selection import draw_index
+from baldwinlab.evolution.selection import Order
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts import Generation, Selection
 from baldwinlab.parts.lifetimes import Lifetimes

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.evolution.roulette_wheel import draw_index, spin
-from baldwinlab.evolution.sorting import sort_by, sort_from_fittest
+from baldwinlab.evolution.proportional_selection import draw_index, spin
+from baldwinlab.evolution.selection import sort_by, sort_from_fittest
 from baldwinlab.parts import Field, Generation, Selection
 from baldwinlab.parts.breeding import ITSELF
 

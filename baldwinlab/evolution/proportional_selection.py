@@ -1,4 +1,6 @@
-"""Selection schemes with a probability proportional to fitness.
+"""Selection schemes with a probability proportional to fitness, or equal for all agents.
+
+A roulette wheel draws agents with a probability proportional to their shares.
 
 References
 ----------
@@ -15,12 +17,61 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.evolution.roulette_wheel import (
-    find_first_above,
-    spin,
-    sum_shares,
-)
+from baldwinlab.engine.jit import compiled
+from baldwinlab.evolution.rng_key import Parents, Uniforms
+from baldwinlab.evolution.selection import Keys
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts import Generation, Selection
+from baldwinlab.parts.selection import mark_fittest
+
+
+@compiled
+def draw_index(count: int, uniform: float) -> Any:
+    """Return a random integer below `count`."""
+    return np.int64(uniform * count)
+
+
+@compiled
+def sum_shares(shares: Keys) -> Any:
+    """Replace `shares` by cumulative sums; return the total and the last agent with a share.
+
+    If all shares are 0, all agents have equal shares.
+    """
+    is_uniform = True
+    for agent in range(shares.size):
+        is_uniform = is_uniform and shares[agent] == 0.0
+    total = 0.0
+    last = 0
+    for agent in range(shares.size):
+        share = 1.0 if is_uniform else shares[agent]
+        total += share
+        shares[agent] = total
+        if share > 0.0:
+            last = agent
+    return total, last
+
+
+@compiled
+def spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
+    """Fill `parents` by the probabilities `shares`, which become cumulative sums."""
+    total, _ = sum_shares(shares)
+    for child in range(parents.shape[0]):
+        for parent in range(2):
+            parents[child, parent] = find_first_above(shares, uniforms[child, 0, parent] * total)
+
+
+@compiled
+def find_first_above(sums: Keys, value: float) -> Any:
+    """Return the first index at which `sums`, in ascending order, is above `value`, or the last."""
+    low = np.int64(0)
+    high = np.int64(sums.size - 1)
+    while low < high:
+        middle = (low + high) // 2
+        if sums[middle] > value:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 class Roulette(Selection, name="roulette"):
@@ -112,3 +163,25 @@ class Outcrossing(Selection, name="outcrossing"):
                 second = first
             parents[child, 0] = first
             parents[child, 1] = second
+
+
+class Neutral(Selection, name="neutral"):
+    """A random agent, independent of fitness: the neutral control."""
+
+    @staticmethod
+    def select(part: Any, generation: Generation) -> None:
+        for child in range(generation.parents.shape[0]):
+            for parent in range(2):
+                draw = generation.uniforms[child, 0, parent]
+                generation.parents[child, parent] = draw_index(generation.fitness.size, draw)
+
+    @staticmethod
+    def mark_survivors(part: Any, generation: Generation, count: int) -> None:
+        # Random numbers replace fitness and break ties, so that survivors are random, too.
+        draws = generation.uniforms[:, 1, 3]
+        mark_fittest(count, draws, draws, generation.parents)
+
+
+def is_neutral_control(part: Any, experiment: BaseExperiment) -> bool:
+    """Return whether fitness has no effect on selection, for `derived` of a part."""
+    return experiment.evolution.selection == Neutral.name

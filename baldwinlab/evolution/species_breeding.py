@@ -9,9 +9,8 @@ import numpy as np
 
 from baldwinlab.engine import rng
 from baldwinlab.evolution.breeding import make_children, make_generation
-from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.fitness import fitness as compute_fitness
-from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.genes import require_finite, trim_genomes
 from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select

@@ -11,9 +11,8 @@ from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.phases import per_run
 from baldwinlab.evolution.rng_key import Fitness
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.breeding import RunArrays, breeding_part
+from baldwinlab.parts.breeding import RunArrays, Stop, breeding_part, should_stop
 from baldwinlab.parts.lifetimes import Lifetimes
-from baldwinlab.parts.stop import Stop, should_stop
 
 
 class NoStop(Stop, name="none"):

@@ -1,21 +1,41 @@
-"""Variation operators in addition to `crossover`, the operator of the first paper.
+"""Variation operators of weights: recombination of two parents, then mutation.
 
 No operator prefers the fitter of two parents. A random number decides from which parent a child
 inherits. Therefore, neutral selection with these operators is a valid neutral control.
 
+`infinitesimal` is the infinitesimal model of quantitative genetics. A trait has many loci with
+small effects, so the children of two parents are normal around the mean of the parents, with a
+variance that selection does not change.
+
+With `self-adaptive`, each agent has the gene `step_size`, which a child inherits from one of its
+parents. The gene mutates log-normally, before the weights. All weights mutate with the new step
+size, so selection acts on step sizes by the weights that they produce. Interpretation: weights and
+the step size are recombined discretely. Evolution strategies often use the mean of the step sizes.
+
 References
 ----------
+Le 2019, section "Simulation 1: Evolution alone (EVO)": `crossover`. docs/explanation/model.md lists
+the other interpretations of this section (R5).
+
 .. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): normal mutations
-   (`gaussian`).
+   (`gaussian`), and inherited step sizes (`self-adaptive`).
 .. [2] J. H. Holland, Adaptation in Natural and Artificial Systems (1975): `one-point-crossover`.
 .. [3] S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
    Behavior 3 (1994): `copy`. Children differ from their single parent by mutation alone.
 .. [4] H. Mühlenbein and H.-M. Voigt, "Gene pool recombination in genetic algorithms",
    Meta-Heuristics: Theory and Applications (1996): `gene-pool`.
+.. [5] R. A. Fisher, "The correlation between relatives on the supposition of Mendelian
+   inheritance", Transactions of the Royal Society of Edinburgh 52 (1918): `infinitesimal`.
+.. [6] M. G. Bulmer, "The effect of selection on genetic variability", The American Naturalist 105
+   (1971): `infinitesimal`.
+.. [7] H.-G. Beyer, "Evolution strategies", Scholarpedia 2 (2007): one step size for n weights, with
+   the learning rate 1 / sqrt(2 n) (`self-adaptive`). Eiben and Smith (2015) state 1 / sqrt(n), up
+   to a factor.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,9 +43,40 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
-from baldwinlab.evolution.variation import Crossover, mutate_uniformly
-from baldwinlab.parts import Brood, Mating, Variation
+from baldwinlab.parts import Brood, Field, Gene, Mating, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
+
+
+class Crossover(Variation, name="crossover"):
+    """Each weight from the fitter or the second parent with equal probability; then mutation.
+
+    References
+    ----------
+    Le 2019.
+    """
+
+    reads: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                takes_fitter = mating.draws[draw, 0] < 0.5
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
+
+
+@compiled
+def mutate_uniformly(part: Any, mating: Mating, inherited: Any, draw: int) -> Any:
+    """Return a weight after a possible mutation, which adds U(-size, size)."""
+    gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
+    if gate < part.mutation_rate:
+        inherited += np.float32((2.0 * mating.draws[draw, 2] - 1.0) * part.mutation_size)
+    return inherited
 
 
 @compiled
@@ -159,3 +210,69 @@ class GenePool(Variation, name="gene-pool"):
                 if draws[draw, 1] < part.mutation_rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.mutation_size)
                 children[child, draw // length, draw % length] = inherited
+
+
+class Infinitesimal(Variation, name="infinitesimal"):
+    """Mean of both parents for each weight, plus N(0, `mutation_size`) for each weight.
+
+    References
+    ----------
+    Fisher 1918; Bulmer 1971.
+    """
+
+    reads: ClassVar[tuple[str, ...]] = ("mutation_size",)
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = mating.draws[module * child.shape[1] + weight, 2]
+                mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
+                child[module, weight] = mean + np.float32(
+                    normal_quantile(draw) * part.mutation_size
+                )
+
+
+MIN_STEP_SIZE = 1e-4
+MAX_STEP_SIZE = 10.0
+
+
+class SelfAdaptive(Variation, name="self-adaptive"):
+    """Each weight from either parent; then normal mutation with an inherited step size.
+
+    References
+    ----------
+    Schwefel 1981; Beyer 2007.
+    """
+
+    initial_step_size: float = Field(
+        0.1,
+        ge=MIN_STEP_SIZE,
+        le=MAX_STEP_SIZE,
+        description="Standard deviation of the mutations of the founders.",
+    )
+    genes: ClassVar[Mapping[str, Gene]] = {
+        "step_size": Gene(
+            initial="initial_step_size",
+            low=MIN_STEP_SIZE,
+            high=MAX_STEP_SIZE,
+            help="standard deviation of mutations",
+        )
+    }
+
+    @staticmethod
+    def vary(part: Any, mating: Mating) -> None:
+        fitter = mating.fitter
+        second = mating.second
+        child = mating.child
+        step_size = np.float64(child[0, part.step_size])
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                takes_fitter = mating.draws[draw, 0] < 0.5
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                mutation = np.float32(step_size * normal_quantile(mating.draws[draw, 1]))
+                child[module, weight] = inherited + mutation

@@ -29,24 +29,25 @@ from baldwinlab.engine.simd import any_of, choose, clamp, get, negated, put, sim
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.measures import Measure
-from baldwinlab.parts import transfer as transfer
 from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
 from baldwinlab.parts.bodies import Body
-from baldwinlab.parts.fitness import Fitness
+from baldwinlab.parts.breeding import Fitness, Inheritance, Stop
 from baldwinlab.parts.genes import Gene
-from baldwinlab.parts.inheritance import Inheritance
-from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.learning_rules import (
+    LAYER_VALUES,
+    LearningRule,
+    Synapse,
+    SynapticRule,
+    for_each_synapse,
+)
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
-from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
+from baldwinlab.parts.model_helpers import MODEL_HELPERS, draw_unit, load_model_helper
 from baldwinlab.parts.model_part import LifeResults, Model
 from baldwinlab.parts.networks import Network, Training, backward, forward
 from baldwinlab.parts.part import Part
-from baldwinlab.parts.random_numbers import draw_unit
 from baldwinlab.parts.selection import Generation, Selection
 from baldwinlab.parts.senses import Sense
-from baldwinlab.parts.stop import Stop
-from baldwinlab.parts.synapses import LAYER_VALUES, Synapse, SynapticRule, for_each_synapse
 from baldwinlab.parts.variation import Brood, Mating, Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.parts.world_features import ItemRegion, LineOfSight, WorldFeature

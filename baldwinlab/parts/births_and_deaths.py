@@ -21,55 +21,15 @@ DEAD_X = np.float32(-3)
 
 @hook
 def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
-    """Remove an agent from its world.
-
-    Parameters
-    ----------
-    part : NamedTuple
-        The population of the species, `state.population`.
-    model : MiniWorldModel
-        Constants of the lifetime. Read only.
-    state : State
-        Arrays of the step, and the other parts.
-    world : int
-        Index of the world.
-    agent : int
-        Index of the agent in the world.
-
-    Raises
-    ------
-    ValueError
-        If no agent can die in the experiment.
-    """
+    """Remove an agent from its world. `part`: the population of the species."""
     raise ValueError("die: the world feature must declare allows_deaths = True")
 
 
 @hook
 def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int, int]) -> int:
-    """Let two parents have a child, and return its slot, or -1.
+    """Let two parents have a child, and return its slot, or -1 if no slot is free.
 
-    Parameters
-    ----------
-    part : NamedTuple
-        The population of the species, `state.population`.
-    model : MiniWorldModel
-        Constants of the lifetime. Read only.
-    state : State
-        Arrays of the step, and the other parts.
-    world : int
-        Index of the world.
-    parents : tuple of (int, int)
-        Indices of the parents in the world, the fitter one first.
-
-    Returns
-    -------
-    int
-        Index of the child in the world, or -1 if no slot is free.
-
-    Raises
-    ------
-    ValueError
-        If no agent can be born in the experiment.
+    `part`: the population of the species. `parents`: indices in the world, the fitter one first.
     """
     raise ValueError("bear: the world feature must declare allows_births = True")
 

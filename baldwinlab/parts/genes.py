@@ -106,7 +106,6 @@ class Gene:
         ValueError
             If a name is unknown, or a number is outside its range.
         """
-
         size = self.size
         if size is None:
             n_weights = max(1, len(experiment.modules) * experiment.weight_count)

@@ -1,11 +1,24 @@
-"""The kind of part that changes the weights of an agent during its lifetime, and its hooks."""
+"""The kind of part that changes the weights of an agent during its lifetime, and its hooks.
+
+A *synapse* is a weight of the action module, with its source unit and its target unit.
+`SynapticRule` calls `compute_change` for every synapse. A Hebbian rule is then one expression:
+
+    class Oja(SynapticRule, name="oja"):
+        @staticmethod
+        def compute_change(part, state, synapse, lane):
+            return synapse.y * (synapse.x - synapse.y * synapse.weight)
+"""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final, NamedTuple
 
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
-from baldwinlab.engine.simd import Lane
+from baldwinlab.engine.simd import ONE, ZERO, Lane, Value, clamp, get, put
 from baldwinlab.parts.part import Part
 
 
@@ -132,3 +145,147 @@ class LearningRule(Part):
     init_agent: ClassVar[Any] = staticmethod(init_agent.default)
     observe_others: ClassVar[Any] = staticmethod(observe_others.default)
     learn: ClassVar[Any] = staticmethod(learn.default)
+
+
+MAX_WEIGHT = np.float32(10)
+"""Maximum absolute value of a weight that a `SynapticRule` changes."""
+LAYER_VALUES: Final[Mapping[str, Any]] = {
+    "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+    "biases": lambda part, experiment: experiment.network.biases,
+}
+"""Derived values of a part that calls `for_each_synapse`."""
+
+
+class Synapse(NamedTuple):
+    """A weight of the action module, and the activations of its units.
+
+    Attributes
+    ----------
+    number : int
+        Number of the weight: the row in `state.weights`.
+    weight : float32, or a SIMD block
+        The weight.
+    x, y : float32, or a SIMD block
+        Activations of the source unit and of the target unit. The source of a bias has the
+        activation 1.
+    rate : float32, or a SIMD block
+        Factor of the change: the learning rate of the agent, or the rate of `for_each_synapse`.
+    """
+
+    number: int
+    weight: Value
+    x: Value
+    y: Value
+    rate: Value
+
+
+@hook
+def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value:
+    """Return the change of a weight, per learning rate.
+
+    Per agent, for each synapse in each step in which the agent learns.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
+    synapse : Synapse
+        The weight and its activations.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        The change. `synapse.rate` multiplies it. 0 by default.
+    """
+    return ZERO * synapse.weight
+
+
+@hook
+def change_synapse(part: Any, state: Any, synapse: Synapse, lane: Lane) -> None:
+    """Change a weight by `synapse.rate * compute_change(...)`.
+
+    Per agent, for each synapse. By default, the new weight is limited to [-10, 10].
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
+    synapse : Synapse
+        The weight and its activations.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+    change = compute_change(part, state, synapse, lane)
+    weight = clamp(synapse.weight + synapse.rate * change, MAX_WEIGHT)
+    put(state.weights, synapse.number, lane, weight)
+
+
+@compiled
+def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
+    """Call `change_synapse` of a rule for each weight of the action module, layer by layer.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        The first argument of a hook of a `SynapticRule`.
+    state : State
+        Arrays of the step, and the other parts.
+    rate : float32, or a SIMD block
+        Factor of the changes, for example `get(state.rate, 0, lane)`.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+    source = 0
+    number = 0
+    for layer in range(part.sizes.size - 1):
+        inputs = part.sizes[layer]
+        outputs = part.sizes[layer + 1]
+        for i in range(inputs + int(part.biases)):
+            for unit in range(outputs):
+                y = get(state.activations, source + inputs + unit, lane)
+                # A bias has the activation 1.
+                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                weight = get(state.weights, number, lane)
+                change_synapse(part, state, Synapse(number, weight, x, y, rate), lane)
+                number += 1
+        source += inputs
+
+
+class SynapticRule(LearningRule):
+    """Base of the learning rules that change each weight by an expression of its activations.
+
+    A rule defines the hook `compute_change`. Weights are limited to [-10, 10]. A rule with other
+    limits defines the hook `change_synapse`. A rule with other derived values includes those of
+    this class: `derived = {**SynapticRule.derived, ...}`.
+    """
+
+    adds_hooks: ClassVar[bool] = True
+    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
+
+    compute_change: ClassVar[Any] = staticmethod(compute_change.default)
+    change_synapse: ClassVar[Any] = staticmethod(change_synapse.default)
+
+    @staticmethod
+    def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
+        """Call `change_synapse` for each weight, with the learning rate of the agent.
+
+        Parameters
+        ----------
+        part : NamedTuple
+            Numeric settings, derived values and arrays of the part.
+        model : MiniWorldModel
+            Constants of the lifetime. Read only.
+        state : State
+            Arrays of the step, and the other parts.
+        step : int
+            Step of the lifetime, from 0.
+        lane : int, or a SIMD block
+            Column of the agent.
+        """
+        for_each_synapse(part, state, get(state.rate, 0, lane), lane)

@@ -1,15 +1,21 @@
-"""Functions that load custom parts from files and packages, and return the source of a part.
+"""Functions that load custom parts from files and packages, and copy them to other processes.
 
 A file is executed only if the user passes it with `--part`, imports it, or installs its package.
 The source in a study is never executed. The name of the loaded module contains the hash of the
 source, so different versions of a part never share compiled code.
+
+A pickle of an experiment, or of a part that was loaded from a file, contains the text of the file,
+because another process may not have loaded it. The process that reads the pickle executes the text,
+unless the same part is loaded already. A part of an imported module is imported.
 """
 
 from __future__ import annotations
 
+import copyreg
 import hashlib
 import sys
 from collections.abc import Iterable
+from importlib import import_module
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
@@ -20,10 +26,14 @@ from typing import Any, Final, NamedTuple
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import PART_FILE, read_text
 from baldwinlab.experiment import registry
+from baldwinlab.experiment.added_parts import custom_choices
+from baldwinlab.parts.part import Part, PartMeta
 
 # Beginning of the names of loaded modules.
 MODULE_PREFIX: Final = "baldwinlab_part_"
 ENTRY_POINT_GROUP: Final = "baldwinlab.parts"
+# Names of the module of a script. In a process that it starts, the script has the second name.
+MAIN_MODULES: Final = ("__main__", "__mp_main__")
 
 
 class Source(NamedTuple):
@@ -115,8 +125,6 @@ def load_text(text: str, file: Path) -> ModuleType:
 
 def parts_in(module: ModuleType) -> list[Any]:
     """Return the parts that a module defines, in the order of their definition."""
-    from baldwinlab.parts.part import Part
-
     classes = [value for value in vars(module).values() if isinstance(value, type)]
     return [
         part
@@ -185,8 +193,6 @@ def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
     PartError
         If a part is not loaded, or has no source file.
     """
-    from baldwinlab.experiment.added_parts import custom_choices
-
     custom_parts = {choice for experiment in experiments for choice in custom_choices(experiment)}
     return tuple(source_of(kind, name) for kind, name in sorted(custom_parts))
 
@@ -207,3 +213,81 @@ def source_of(kind: str, name: str) -> Source:
                 "its source"
             ) from None
     return Source(kind, name, text, Path(str(module.__file__)).name)
+
+
+class PartOrigin(NamedTuple):
+    """Origin of a custom part."""
+
+    kind: str
+    name: str
+    module: str
+    text: str | None  # Text of its file. None if it has no file, for example in a notebook.
+    file: str  # Path of its file, for messages.
+
+    def describe(self) -> str:
+        """Return kind, name and file of the part."""
+        return f"the {self.kind} {self.name!r} of {self.file}"
+
+    def load(self) -> None:
+        """Load the part, unless it is loaded."""
+        key = self.kind, self.name
+        if key not in registry.custom_parts():
+            _load_module(self)
+        if self.text is not None and _read_text(*key) != self.text:
+            raise PartError(
+                f"{self.describe()} differs from the {self.kind} of this name that this process "
+                "has loaded: load one of them in a new process, or give it another name"
+            )
+
+
+def _find_origin(part: Any) -> PartOrigin:
+    file = str(getattr(sys.modules.get(part.__module__), "__file__", None) or part.__module__)
+    return PartOrigin(part.kind, part.name, part.__module__, _read_text(part.kind, part.name), file)
+
+
+def _read_text(kind: str, name: str) -> str | None:
+    """Return the text of the file of a loaded part, or None without a file."""
+    try:
+        return source_of(kind, name).text
+    except PartError:
+        return None
+
+
+def _load_module(origin: PartOrigin) -> None:
+    """Load the module of a part. Raise PartError if the part cannot be loaded."""
+    if origin.module.startswith(MODULE_PREFIX):
+        assert origin.text is not None
+        load_text(origin.text, Path(origin.file))
+    elif origin.module not in MAIN_MODULES:
+        try:
+            import_module(origin.module)
+        except ImportError as error:
+            raise PartError(f"{origin.describe()} cannot be imported: {error}") from None
+    if (origin.kind, origin.name) not in registry.custom_parts():
+        raise PartError(
+            f"{origin.describe()} is not loaded in this process: define it in a file of its own, "
+            "and load it with load_file, or import it as a module"
+        )
+
+
+def _restore_attribute(origin: PartOrigin, qualified_name: str) -> Any:
+    """Return the class of a part that was loaded from a file."""
+    origin.load()
+    value: Any = sys.modules[registry.find_class(origin.kind, origin.name).__module__]
+    for name in qualified_name.split("."):
+        value = getattr(value, name)
+    return value
+
+
+def _reduce_class(part: Any) -> Any:
+    """Return how to pickle the class of a part: by its name if its module can be imported."""
+    is_from_file = part.__module__.startswith(MODULE_PREFIX)
+    if not is_from_file or not part.name:
+        return part.__qualname__
+    return _restore_attribute, (_find_origin(part), part.__qualname__)
+
+
+# `parts` imports this module, so both registrations precede all files with parts. A pickle of an
+# experiment contains the origins of its parts, and a pickle of a part contains its class.
+registry.set_origin_finder(_find_origin)
+copyreg.pickle(PartMeta, _reduce_class)

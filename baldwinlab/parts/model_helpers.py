@@ -1,7 +1,8 @@
-"""Public helpers of `baldwinlab.parts` that the MiniWorld model defines.
+"""Public helpers of `baldwinlab.parts` for hooks of the MiniWorld model.
 
-The package of parts is below the models, so it imports no model. A helper is imported when a part
-imports its name, as the registry imports a built-in part when an experiment chooses it.
+The model defines most of them. The package of parts is below the models, so it imports no model. A
+helper is imported when a part imports its name, as the registry imports a built-in part when an
+experiment chooses it.
 """
 
 from __future__ import annotations
@@ -10,29 +11,68 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, Final
 
-_MINIWORLD: Final = "baldwinlab.models.miniworld"
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.rng import philox, unit
+
+
+@compiled
+def draw_unit(state: Any, world: int, purpose: int, index: int, draw: int) -> np.float32:
+    """Return a random number in [0, 1) from a lifetime, for a per-world hook.
+
+    Equal arguments give the same number in every step of a generation of a run.
+
+    Parameters
+    ----------
+    state : State
+        Arrays of the step. They contain the seed, the run and the generation.
+    world : int
+        Index of the world.
+    purpose : int
+        Purpose of the number, from `purpose("my-part: name")`.
+    index : int
+        Index of the agent or item.
+    draw : int
+        Number of the draw, for example the step.
+
+    Returns
+    -------
+    float32
+        A multiple of 2**-24.
+    """
+    seed = state.keys[world, 0]
+    run = state.keys[world, 1]
+    return unit(philox(draw, index, state.generation[0], purpose, seed, run)[0])
+
+
+_HELPERS_BY_MODULE: Final[Mapping[str, tuple[str, ...]]] = {
+    "item_changes": (
+        "is_on_map",
+        "place_item_at",
+        "place_item_randomly",
+        "remove_item",
+        "was_eaten",
+    ),
+    "map": ("shortest_difference", "wrap_position"),
+    "regions": (
+        "ENERGY_ARRAYS",
+        "ENERGY_VALUES",
+        "energy_in_life",
+        "item_kinds",
+        "item_regions",
+        "kind_number",
+        "reset_energy",
+        "update_energy",
+    ),
+    "senses.other_agents": ("AgentSense", "record_agents"),
+    "senses.real_valued": ("ItemSense", "record_items"),
+    "senses.sight": ("is_within_sight", "sense_items"),
+}
 MODEL_HELPERS: Final[Mapping[str, str]] = {
-    "AgentSense": f"{_MINIWORLD}.senses.other_agents",
-    "ENERGY_ARRAYS": f"{_MINIWORLD}.regions",
-    "ENERGY_VALUES": f"{_MINIWORLD}.regions",
-    "ItemSense": f"{_MINIWORLD}.senses.real_valued",
-    "energy_in_life": f"{_MINIWORLD}.regions",
-    "is_on_map": f"{_MINIWORLD}.item_changes",
-    "is_within_sight": f"{_MINIWORLD}.senses.sight",
-    "item_kinds": f"{_MINIWORLD}.regions",
-    "item_regions": f"{_MINIWORLD}.regions",
-    "kind_number": f"{_MINIWORLD}.regions",
-    "place_item_at": f"{_MINIWORLD}.item_changes",
-    "place_item_randomly": f"{_MINIWORLD}.item_changes",
-    "record_agents": f"{_MINIWORLD}.senses.other_agents",
-    "record_items": f"{_MINIWORLD}.senses.real_valued",
-    "remove_item": f"{_MINIWORLD}.item_changes",
-    "reset_energy": f"{_MINIWORLD}.regions",
-    "sense_items": f"{_MINIWORLD}.senses.sight",
-    "shortest_difference": f"{_MINIWORLD}.map",
-    "update_energy": f"{_MINIWORLD}.regions",
-    "was_eaten": f"{_MINIWORLD}.item_changes",
-    "wrap_position": f"{_MINIWORLD}.map",
+    name: f"baldwinlab.models.miniworld.{module}"
+    for module, names in _HELPERS_BY_MODULE.items()
+    for name in names
 }
 """Modules of the helpers, by the name of the helper."""
 

@@ -1,4 +1,4 @@
-"""The base class of all kinds of parts, and functions that list the hooks of a part.
+"""The base class of all kinds of parts, and functions that list their hooks and their records.
 
 A part is a subclass of a kind of part, with a name: `class Social(LearningRule, name="social")`.
 
@@ -15,37 +15,40 @@ read other agents. It reads and writes its lane only by `get` and `put`. A *per-
 and write the arrays of all agents of its world: `prepare_senses`, `observe_others`, `init_world`,
 `end_step`.
 
+The records of a part are numbers of agents that it writes during life, and that are stored.
+
 The fields of `model` and `state` are described in `MiniWorldModel` and `State` of
 `baldwinlab/models/miniworld/state.py`.
 """
 
 from __future__ import annotations
 
+import ast
 import inspect
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from baldwinlab.engine.phases import Array, make_part_type
+from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.phases import RECORD_TYPES, Array, for_each_part, make_part_type, part_class
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.genes import FIRST_GENE, Gene, add_gene_arrays, require_valid_genes
-from baldwinlab.parts.lane_check import require_lane_isolation
-from baldwinlab.parts.records import add_record_arrays, list_read_records
+from baldwinlab.parts.lane_check import find_definition, require_lane_isolation
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
 else:
     FieldsMeta = type(Fields)
-
-
 # Kinds of parts whose hooks create generations. They have no arrays of agents.
 BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
+# Hooks that read results of lifetimes.
+READING_HOOKS: Final = ("evaluate", "select", "should_stop")
 
 
 class PartMeta(FieldsMeta):
-    """Metaclass of parts, for which `transfer` registers how their classes are pickled."""
+    """Metaclass of parts, for which `loading` registers how their classes are pickled."""
 
 
 class Part(Fields, metaclass=PartMeta):
@@ -211,3 +214,65 @@ def _default_hooks(part: type[Part]) -> dict[str, Callable[..., Any]]:
                 if isinstance(value, staticmethod):
                     defaults.setdefault(name, getattr(base, name))
     return defaults
+
+
+def add_record_arrays(part: Any) -> None:
+    """Declare an array for each record of a part, after its other arrays."""
+    for name, array in part.records.items():
+        is_number = isinstance(array, Array) and (array.owner, array.rows) == ("agent", (1,))
+        if not is_number or array.dtype not in RECORD_TYPES:
+            raise TypeError(
+                f"{part.__name__}.records: {name!r} must be one number of an agent: "
+                'per_agent("float32") or per_agent("int32")'
+            )
+        if part.arrays.get(name, array) is not array:
+            raise TypeError(f"{part.__name__}.records: {name!r} is also the name of an array")
+    arrays = {name: array for name, array in part.arrays.items() if name not in part.records}
+    part.arrays = arrays | dict(part.records)
+
+
+def list_read_records(part: Any) -> tuple[str, ...]:
+    """Return the names of the records that the hooks of a part read."""
+    hooks = [getattr(part, name) for name in READING_HOOKS if hasattr(part, name)]
+    names: dict[str, None] = {}
+    for definition in map(find_definition, hooks):
+        for node in ast.walk(definition) if definition is not None else ():
+            if isinstance(node, ast.Attribute) and _is_records(node.value):
+                names[node.attr] = None
+    return tuple(names)
+
+
+def _is_records(node: ast.expr) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr == "records"
+
+
+@compiled
+def _clear_array(array: Any, lane: int) -> None:
+    array[0, lane] = 0
+
+
+_clear_arrays = for_each_part(_clear_array)
+
+
+def clear_part_records(part: Any, lane: int) -> None:
+    """Set the records of an agent to 0. Compiled code calls it at birth."""
+    for name in _record_names(type(part).part):
+        getattr(part, name)[0, lane] = 0
+
+
+def _record_names(part: Any) -> tuple[str, ...]:
+    return tuple(getattr(part, "records", ()))
+
+
+def _choose_clear(part: Any, lane: Any) -> Callable[..., None]:
+    """Return the source of `clear_part_records` for the type of a part."""
+    holder = part_class(part)
+    names = _record_names(holder)
+    if not names:
+        return lambda part, lane: None
+    first = holder.Compiled._fields.index(names[0])
+    end = first + len(names)
+    return lambda part, lane: _clear_arrays(part[first:end], lane)
+
+
+register(clear_part_records, _choose_clear)

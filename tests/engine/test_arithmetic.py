@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from decimal import Decimal, getcontext
-from pathlib import Path
 
 import numba
 import numpy as np
@@ -18,10 +14,10 @@ import numpy.typing as npt
 import pytest
 from scipy.special import ndtri
 
-import baldwinlab
 from baldwinlab.engine import arithmetic
 from baldwinlab.engine.jit import OPTIONS, cached_jit
 from baldwinlab.engine.simd import square_root
+from tests.engine.processes import run_python
 
 Function = Callable[[float], float]
 Numbers = npt.NDArray[np.float64]
@@ -66,20 +62,22 @@ def units_in_last_place(actual: Numbers, expected: list[Decimal]) -> float:
     )
 
 
-def test_the_logarithm_is_exact_to_a_unit_in_the_last_place() -> None:
+@pytest.mark.parametrize(
+    ("function", "exact", "limit", "point"),
+    [
+        (logarithm, Decimal.ln, 1, (1, 0)),
+        (power_of_ten, lambda x: Decimal(10) ** x, 2, (0, 1)),
+    ],
+)
+def test_the_error_is_below_one_or_two_units_in_the_last_place(
+    function: Function, exact: Callable[[Decimal], Decimal], limit: int, point: tuple[int, int]
+) -> None:
     getcontext().prec = 40
-    arguments = ARGUMENTS[logarithm]
-    exact = [Decimal(argument).ln() for argument in arguments.tolist()]
-    assert units_in_last_place(evaluate_all(logarithm, arguments), exact) < 1
-    assert logarithm(1) == 0
-
-
-def test_a_power_of_ten_is_exact_to_two_units_in_the_last_place() -> None:
-    getcontext().prec = 40
-    arguments = ARGUMENTS[power_of_ten]
-    exact = [Decimal(10) ** Decimal(argument) for argument in arguments.tolist()]
-    assert units_in_last_place(evaluate_all(power_of_ten, arguments), exact) < 2
-    assert power_of_ten(0) == 1
+    arguments = ARGUMENTS[function]
+    expected = [exact(Decimal(argument)) for argument in arguments.tolist()]
+    assert units_in_last_place(evaluate_all(function, arguments), expected) < limit
+    argument, value = point
+    assert function(argument) == value
 
 
 def test_a_normal_quantile_is_symmetric_and_equals_that_of_scipy_to_fifteen_digits() -> None:
@@ -111,17 +109,13 @@ def test_a_normal_quantile_is_symmetric_and_equals_that_of_scipy_to_fifteen_digi
         (normal_quantile, 0.5, 0),
         (normal_quantile, 1.5, math.nan),
         (normal_quantile, -0.5, math.nan),
+        *((function, math.nan, math.nan) for function in FUNCTIONS),
     ],
 )
 def test_a_function_has_the_right_limits(
     function: Function, argument: float, expected: float
 ) -> None:
     np.testing.assert_equal(function(argument), expected)
-
-
-@pytest.mark.parametrize("function", FUNCTIONS)
-def test_a_function_of_nan_is_nan(function: Function) -> None:
-    assert math.isnan(function(math.nan))
 
 
 def print_bits() -> None:
@@ -132,16 +126,8 @@ def print_bits() -> None:
 
 def test_plain_python_gives_the_same_bits(capsys: pytest.CaptureFixture[str]) -> None:
     print_bits()
-    root = Path(baldwinlab.__file__).parents[1]
     code = "from tests.engine.test_arithmetic import print_bits; print_bits()"
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        cwd=root,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = run_python(code, environment={"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "error"})
     assert done.stdout == capsys.readouterr().out
 
 
@@ -220,18 +206,10 @@ def logistic(z: float) -> float:
     return 1 / (1 + math.exp(-z)) if z > -700 else 0.0
 
 
-def test_the_sigmoid_equals_the_logistic_function_to_the_precision_of_float32() -> None:
-    assert max(abs(float(sigmoid(z)) - logistic(float(z))) for z in grid()) < 2.5e-7
-
-
-def test_the_sigmoid_is_strictly_between_0_and_1_and_one_half_at_0() -> None:
-    values = [sigmoid(z) for z in grid()]
-    assert all(0 < value < 1 for value in values)
-    assert all(isinstance(value, float | np.float32) for value in values)
-    assert sigmoid(np.float32(0)) == 0.5
-    assert sigmoid(np.float32(-0.0)) == 0.5
-
-
-def test_the_sigmoid_of_minus_z_is_1_minus_the_sigmoid_of_z() -> None:
+def test_the_sigmoid_is_the_logistic_function_between_0_and_1_to_the_precision_of_float32() -> None:
     for z in grid():
-        assert abs(float(sigmoid(z)) + float(sigmoid(-z)) - 1) < 1e-7
+        value = sigmoid(z)
+        assert isinstance(value, float | np.float32) and 0 < value < 1
+        assert abs(float(value) - logistic(float(z))) < 2.5e-7
+        assert abs(float(value) + float(sigmoid(-z)) - 1) < 1e-7
+    assert sigmoid(np.float32(0)) == sigmoid(np.float32(-0.0)) == 0.5

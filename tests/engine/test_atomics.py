@@ -1,4 +1,4 @@
-"""Test atomic operations and barriers of threads."""
+"""Test atomic operations, barriers of threads, and prefetches."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from baldwinlab.engine.atomics import (
     Team,
     atomic_add,
     atomic_max,
+    prefetch,
     share_of_thread,
     wait_for_team,
 )
@@ -67,3 +68,15 @@ def test_shares_of_threads_cover_a_range() -> None:
         arrivals: npt.NDArray[np.int64] = np.zeros(1, np.int64)
         shares = [share_of_thread(Team(t, threads, arrivals), 4, 9) for t in range(threads)]
         assert [number for first, end in shares for number in range(first, end)] == [4, 5, 6, 7, 8]
+
+
+def _prefetch_beyond_end(array: Any) -> None:
+    for column in range(2 * array.shape[1]):
+        prefetch(array, array.shape[0], column)
+
+
+def test_prefetch_changes_no_item_and_accepts_missing_items() -> None:
+    array = np.arange(6.0, dtype=np.float32).reshape(2, 3)
+    for function in (_prefetch_beyond_end, cached_jit(_prefetch_beyond_end)):
+        function(array)
+    assert array.tolist() == [[0, 1, 2], [3, 4, 5]]

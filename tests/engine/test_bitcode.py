@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-import baldwinlab
-from baldwinlab.engine import bitcode, sources
+from baldwinlab.engine import bitcode, fingerprint
+from tests.engine.processes import run_python
 
 SETUP = """
 import sys
@@ -27,16 +24,8 @@ READ = f"{SETUP}print('compiled' if 'numba.np.arraymath' in sys.modules else 'lo
 nightly = pytest.mark.nightly
 
 
-def run_python(code: str, *arguments: str, **environment: str) -> list[str]:
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments],
-        env=os.environ | environment,
-        cwd=Path(baldwinlab.__file__).parents[1],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout.splitlines()
+def print_lines(code: str, *arguments: str, **environment: str) -> list[str]:
+    return run_python(code, *arguments, environment=environment).stdout.splitlines()
 
 
 @pytest.fixture(scope="module")
@@ -44,14 +33,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the bitcode of a function; `words.txt` contains its results."""
     folder = tmp_path_factory.mktemp("bitcode")
     cache = str(tmp_path_factory.mktemp("cache"))
-    (words,) = run_python(WRITE, str(folder), BALDWINLAB_CACHE=cache)
+    (words,) = print_lines(WRITE, str(folder), BALDWINLAB_CACHE=cache)
     (folder / "words.txt").write_text(words)
     return folder
 
 
 def read_words(folder: Path, cache: Path, **environment: str) -> str:
     """Return whether another process loads or compiles the function, whose results are equal."""
-    words, origin = run_python(READ, str(folder), BALDWINLAB_CACHE=str(cache), **environment)
+    words, origin = print_lines(READ, str(folder), BALDWINLAB_CACHE=str(cache), **environment)
     assert words == (folder / "words.txt").read_text()
     return origin
 
@@ -116,12 +105,12 @@ def test_bitcode_of_other_sources_is_not_used(folder: Path, tmp_path: Path) -> N
 
 
 def test_the_packaged_bitcode_is_current() -> None:
-    stored = json.loads(sources.STORED.read_text())
+    stored = json.loads(fingerprint.STORED.read_text())
     changed = {
         name
         for name, code, _ in stored.values()
-        if (path := sources.find_module(name)) is None
-        or sources.parse_source(name, path.read_bytes()).code != code
+        if (path := fingerprint.find_module(name)) is None
+        or fingerprint.parse_source(name, path.read_bytes()).code != code
     }
     assert not changed, "run `make bitcode`: these modules of compiled code have changed"
 
@@ -133,7 +122,7 @@ def test_the_packaged_bitcode_is_small() -> None:
 SIMULATE = """
 import hashlib, sys
 import baldwinlab as bl
-from baldwinlab.engine import bitcode, sources
+from baldwinlab.engine import bitcode
 if sys.argv[2] == "compiled":
     bitcode.FOLDER = bitcode.FOLDER / "none"
 settings = {"evolution": {"generations": 3}, "lifetime": {"steps": 500}}
@@ -151,7 +140,7 @@ needs_packaged_code = pytest.mark.skipif(
 
 @needs_packaged_code
 def test_a_first_run_of_the_paper_compiles_nothing(tmp_path: Path) -> None:
-    _, origin = run_python(SIMULATE, "evo+self-taught/A", "loaded", BALDWINLAB_CACHE=str(tmp_path))
+    _, origin = print_lines(SIMULATE, "evo+self-taught/A", "loaded", BALDWINLAB_CACHE=str(tmp_path))
     assert origin == "loaded"
 
 
@@ -159,8 +148,8 @@ def test_a_first_run_of_the_paper_compiles_nothing(tmp_path: Path) -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize("preset", ["evo+self-taught/A", "evo/B"])
 def test_packaged_bitcode_has_the_results_of_compiled_code(preset: str, tmp_path: Path) -> None:
-    loaded, _ = run_python(SIMULATE, preset, "loaded", BALDWINLAB_CACHE=str(tmp_path / "loaded"))
-    compiled, origin = run_python(
+    loaded, _ = print_lines(SIMULATE, preset, "loaded", BALDWINLAB_CACHE=str(tmp_path / "loaded"))
+    compiled, origin = print_lines(
         SIMULATE, preset, "compiled", BALDWINLAB_CACHE=str(tmp_path / "compiled")
     )
     assert origin == "compiled"

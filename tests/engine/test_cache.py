@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-import baldwinlab
 from baldwinlab.engine import cache, rng
+from tests.engine.processes import run_python
 
 DRAW = """
 from baldwinlab.engine import rng
@@ -35,15 +35,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[str]:
-    root = Path(baldwinlab.__file__).parents[1]
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(root), **environment},
-        cwd=root,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return run_python(code, environment=environment, check=False)
 
 
 def stored_files(folder: Path) -> list[Path]:

@@ -13,8 +13,8 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.engine import require_tested_version
 from baldwinlab.engine.gpu import kernel
-from baldwinlab.engine.versions import require_tested_version
 from tests.engine.gpu_code import compile_kernel, count_operations
 from tests.models.miniworld.backends.test_cuda import make_experiments, make_kernels
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import baldwinlab
 from baldwinlab.simulation.simulate import simulate
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 COUNT_AND_RUN = """
@@ -23,16 +21,8 @@ print(directory.name, rng.unit(2**31), len(list(directory.parent.rglob("*.compil
 
 
 def start(package: Path, cache: Path) -> list[str]:
-    environment = {**os.environ, "PYTHONPATH": str(package), "BALDWINLAB_CACHE": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", COUNT_AND_RUN],
-        env=environment,
-        cwd=package,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout.split()
+    environment = {"BALDWINLAB_CACHE": str(cache)}
+    return run_python(COUNT_AND_RUN, environment=environment, folder=package).stdout.split()
 
 
 def test_only_an_edit_of_code_that_a_function_can_contain_compiles_it_again(
@@ -76,48 +66,27 @@ print(simulate(make_small_experiment("evo+self-taught"), seed=1).energy.values.s
 """
 
 
-def simulate_in_subprocess(which: str, cache: Path) -> str:
-    root = Path(baldwinlab.__file__).parents[1]
-    environment = {**os.environ, "PYTHONPATH": str(root), "BALDWINLAB_CACHE": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", PATCHED, which],
-        env=environment,
-        cwd=root,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout
-
-
 # The engine is compiled twice.
 @pytest.mark.nightly
 def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_path: Path) -> None:
-    patched = simulate_in_subprocess("patched", tmp_path)
-    later = simulate_in_subprocess("original", tmp_path)
-    expected = (
-        simulate(make_small_experiment("evo+self-taught"), seed=1)
-        .energy.values.sum(axis=1)
-        .tolist()
+    patched, later = (
+        run_python(PATCHED, code, environment={"BALDWINLAB_CACHE": str(tmp_path)}).stdout
+        for code in ("patched", "original")
     )
-    assert later == f"{expected}\n"
+    energy = simulate(make_small_experiment("evo+self-taught"), seed=1).energy
+    assert later == f"{energy.values.sum(axis=1).tolist()}\n"
     assert patched != later
 
 
-def test_a_simulation_without_the_compiler_has_the_same_results(tmp_path: Path) -> None:
-    code = """
+SIMULATE = """
 from tests.worlds import make_small_experiment
 from baldwinlab.simulation.simulate import simulate
 experiment = make_small_experiment("evo", lifetime={"steps": 40}, evolution={"generations": 2})
 print(simulate(experiment, seed=1).food_eaten.values.tolist())
 """
-    root = Path(baldwinlab.__file__).parents[1]
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
-    command = [sys.executable, "-W", "ignore::RuntimeWarning", "-c", code]
-    done = subprocess.run(
-        command, env=environment, cwd=root, capture_output=True, text=True, check=True
-    )
-    compiled = simulate(
-        make_small_experiment("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1
-    )
-    assert done.stdout == f"{compiled.food_eaten.values.tolist()}\n"
+
+
+def test_a_simulation_without_the_compiler_has_the_same_results() -> None:
+    plain_python = {"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "ignore::RuntimeWarning"}
+    without_compiler = run_python(SIMULATE, environment=plain_python)
+    assert without_compiler.stdout == run_python(SIMULATE).stdout

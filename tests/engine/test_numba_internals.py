@@ -1,11 +1,16 @@
-"""Test that the private names of Numba exist and that only `numba_internals` uses them."""
+"""Test that the private names of Numba exist, and that only `numba_internals` uses them.
+
+Numba must call each method of the engine that overrides a method of Numba.
+"""
 
 from __future__ import annotations
 
 import ast
 import inspect
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,8 +24,9 @@ from numba import float64
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
 import baldwinlab
-from baldwinlab.engine import numba_internals
-from baldwinlab.engine.numba_internals import dispatchers
+from baldwinlab.engine import inlining, jit, numba_internals, reference
+from baldwinlab.engine.cache import FileCodeStore
+from baldwinlab.engine.numba_internals import dispatchers, pipeline
 from tests.engine.numba_names import COMPILATION_NAMES, CUDA_NAMES, IMPORTED_NAMES, NAMES, Name
 
 PACKAGE = Path(numba_internals.__file__).parent
@@ -224,3 +230,68 @@ def test_no_other_module_uses_a_private_name() -> None:
         for module in OTHER_MODULES
     }
     assert {module: names for module, names in uses.items() if names} == {}
+
+
+HOOKS = [
+    (pipeline.Library, "_optimize_functions"),
+    (pipeline.Library, "_optimize_final_module"),
+    (pipeline.LinkedLibrary, "_optimize_final_module"),
+    (pipeline.LinkedLibrary, "_finalize_final_module"),
+    (pipeline.LinkedLibrary, "get_pointer_to_function"),
+    (pipeline.LinkedLibrary, "codegen"),
+    (pipeline.LinkedLibrary, "set_env"),
+    (pipeline.Lowering, "run_pass"),
+    (pipeline.Compiler, "define_pipelines"),
+    (inlining.Inlined, "compile_extra"),
+    (dispatchers.CodeStore, "load_overload"),
+    (dispatchers.CodeStore, "save_overload"),
+    (reference._Attributes, "generic_resolve"),
+]
+"""The methods that override a method of Numba or that Numba calls by name."""
+
+
+_inlined_add = jit.compiled(_add)
+
+
+def _add_by_address(left: float, right: Any) -> Any:
+    return _inlined_add(reference.as_pointer(Pair(left, right)))
+
+
+def _compile_entry(store: Path) -> None:
+    dispatcher = numba.njit(pipeline_class=pipeline.EntryCompiler, **jit.OPTIONS)(_add_by_address)
+    dispatchers.set_code_store(dispatcher, FileCodeStore(store))
+    arguments = (2.0, np.array([3.0]))
+    types = dispatchers.find_argument_types(dispatcher, arguments)
+    dispatcher.compile(types)
+    assert dispatchers.find_compiled_function(dispatcher, types)(*arguments) == 5
+
+
+def _counting(method: Any, count: Callable[[], None]) -> Any:
+    """Return the method, or the property, with a count of its calls."""
+    function = getattr(method, "fget", method)
+
+    def call(*arguments: Any, **options: Any) -> Any:
+        count()
+        return function(*arguments, **options)
+
+    return property(call) if isinstance(method, property) else call
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory: pytest.TempPathFactory) -> Counter[tuple[type, str]]:
+    """Count the calls of the hooks while an entry is compiled, stored and loaded."""
+    counts: Counter[tuple[type, str]] = Counter()
+    with pytest.MonkeyPatch.context() as patch:
+        for hook in HOOKS:
+            holder, name = hook
+            count = partial(counts.update, [hook])
+            patch.setattr(holder, name, _counting(vars(holder)[name], count))
+        store = tmp_path_factory.mktemp("store")
+        _compile_entry(store)
+        _compile_entry(store)
+    return counts
+
+
+def test_numba_calls_each_hook(calls: Counter[tuple[type, str]]) -> None:
+    uncalled = [f"{holder.__name__}.{name}" for holder, name in HOOKS if not calls[holder, name]]
+    assert not uncalled, "Numba no longer calls these methods"

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +10,7 @@ import pytest
 from baldwinlab.engine import poison
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.replay import replay
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 
@@ -53,10 +51,7 @@ def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> Non
 )
 def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
-    environment = os.environ | {poison.ENVIRONMENT_VARIABLE: value}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
-    )
+    done = run_python(code, environment={poison.ENVIRONMENT_VARIABLE: value}, check=False)
     assert printed in done.stdout + done.stderr
 
 

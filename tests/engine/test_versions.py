@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 import tomllib
 from importlib.metadata import version
 from pathlib import Path
@@ -13,9 +11,10 @@ import pytest
 
 from baldwinlab._version import __version__
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.engine.versions import TESTED, require_tested_version
+from baldwinlab.engine import TESTED, require_tested_version
+from tests.engine.processes import ROOT, run_python
 
-PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+PROJECT = ROOT / "pyproject.toml"
 
 
 @pytest.mark.parametrize("installed", ["0.62.0", "0.62.1", "0.65.0rc1", "0.68.1", "0.68.1+local.3"])
@@ -66,12 +65,8 @@ COMMANDS = [["run", "evo/A"], ["reproduce"], ["lab"]]
 )
 def test_a_command_prints_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
     code = START_WITH_VERSION.format(package=package)
-    done = subprocess.run(
-        [sys.executable, "-c", code, *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    environment = {"PYTHONPATH": str(ROOT)}
+    done = run_python(code, *words, environment=environment, folder=tmp_path, check=False)
     assert done.returncode == 2
     assert done.stdout == ""
     sentence = " ".join(done.stderr.split())

@@ -6,37 +6,11 @@ import numpy as np
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.evolution import (
-    GenerationKey,
-    compute_learning_cost,
-    draw_genomes,
-)
-from baldwinlab.experiment import Experiment
+from baldwinlab.evolution import GenerationKey, compute_learning_cost, draw_genomes
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
-
-
-def weights_at_death(
-    experiment: Experiment, generation: int, seed: int
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    """Return the action modules of a generation at death, [agent, weight]."""
-    trace = replay(experiment, seed=seed, generation=generation)
-    weights: np.ndarray[tuple[int, ...], np.dtype[np.float32]] = trace["weight_death"].values[:, 0]
-    return weights
-
-
-def test_a_learning_rate_of_0_gives_the_results_of_evolution_alone() -> None:
-    """Each weight has its own mutation gate, so the teacher does not change the action module."""
-    evo = simulate(make_small_experiment("evo"), seed=2)
-    without_change = simulate(
-        make_small_experiment("evo+self-taught", learning={"rate": 0}), seed=2
-    )
-    assert evo["food_eaten"].sum() > 0
-    for name in ("food_eaten", "energy", "parents"):
-        np.testing.assert_array_equal(without_change[name], evo[name])
-    np.testing.assert_array_equal(without_change["genome"][:, :, 0], evo["genome"][:, :, 0])
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0])
@@ -57,7 +31,7 @@ def test_lamarckian_children_inherit_the_learned_weights_of_their_parents() -> N
     )
     result = simulate(experiment, seed=2)
     for generation in (1, 2):
-        learned = weights_at_death(experiment, generation - 1, 2)
+        learned = replay(experiment, seed=2, generation=generation - 1)["weight_death"].values[:, 0]
         teachers = result["genome"].values[generation - 1, :, 1]
         parents = result["parents"].values[generation]
         children = result["genome"].values[generation]
@@ -110,19 +84,6 @@ def test_an_agent_that_does_not_learn_has_no_learning_cost() -> None:
     experiment = make_small_experiment("evo", learning={"cost_per_step": 5, "cost_per_change": 5})
     genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     assert compute_learning_cost(experiment, genome, None).tolist() == [0] * 6
-
-
-def test_the_learning_rate_gene_is_inherited_like_a_weight() -> None:
-    experiment = make_small_experiment(
-        "evo+self-taught", learning={"evolved_rate": True}, evolution={"mutation_rate": 0}
-    )
-    run = simulate(experiment, seed=2)
-    genes = run["genome"].values[:, :, 0, -1]
-    parents = run["parents"].values
-    assert run.sizes["weight"] == experiment.weight_count + 1
-    for generation in (1, 2):
-        pair = genes[generation - 1][parents[generation]]
-        assert (genes[generation][:, None] == pair).any(axis=1).all()
 
 
 @pytest.mark.parametrize("control", papers.load().names("controls"))

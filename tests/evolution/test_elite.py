@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -17,8 +16,6 @@ from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Generation, Selection
 from baldwinlab.parts.breeding import ITSELF
-from baldwinlab.simulation.simulate import simulate
-from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 # The four fittest agents. Agents 2 and 7 have the same fitness.
@@ -58,11 +55,14 @@ def bred(
 def test_the_best_agents_survive_with_all_weights_and_are_both_of_their_parents(
     selection: str,
 ) -> None:
-    genome, children, parents = bred(4, selection)
-    survivors = parents[:4, 0].tolist()
-    assert (parents[:4, 0] == parents[:4, 1]).all()
-    assert sorted(survivors) == sorted(BEST_FIRST) and survivors[0] == 5
-    np.testing.assert_array_equal(children[:4], genome[survivors])
+    # An elite of 8 is the entire population.
+    for elite in (4, 8):
+        genome, children, parents = bred(elite, selection)
+        survivors = parents[:elite, 0].tolist()
+        assert (parents[:elite, 0] == parents[:elite, 1]).all()
+        assert sorted(survivors[:4]) == sorted(BEST_FIRST) and survivors[0] == 5
+        assert len(set(survivors)) == elite
+        np.testing.assert_array_equal(children[:elite], genome[survivors])
 
 
 @pytest.mark.parametrize("selection", [*SCHEMES, "neutral"])
@@ -90,28 +90,10 @@ def test_neutral_selection_chooses_survivors_at_random() -> None:
     assert chisquare(np.bincount(np.concatenate(survivors), minlength=8)).pvalue > 0.001
 
 
-def test_a_population_that_consists_of_the_elite_does_not_change() -> None:
-    genome, children, parents = bred(8)
-    assert sorted(parents[:, 0].tolist()) == list(range(8))
-    np.testing.assert_array_equal(children, genome[parents[:, 0]])
-
-
 def test_the_teacher_control_also_applies_to_the_elite() -> None:
     genome, children, parents = bred(3, teacher="fresh")
     np.testing.assert_array_equal(children[:3, 0], genome[parents[:3, 0], 0])
     assert (children[:3, 1] != genome[parents[:3, 0], 1]).all()
-
-
-def test_in_a_run_the_best_agent_of_a_generation_survives_to_the_next() -> None:
-    run = simulate(make_small_experiment("evo", evolution={"generations": 4, "elite": 1}), seed=3)
-    for generation in range(3):
-        best, second_parent = run.parents.values[generation + 1, 0]
-        energy = run.energy.values[generation]
-        assert best == second_parent
-        assert energy[best] == energy.max()
-        np.testing.assert_array_equal(
-            run.genome.values[generation + 1, 0], run.genome.values[generation, best]
-        )
 
 
 def test_an_elite_larger_than_the_population_is_refused() -> None:
@@ -126,8 +108,7 @@ def test_an_elite_is_an_unused_setting_if_genomes_are_not_inherited() -> None:
     assert "evolution.elite" in list_changed_unused_settings(experiment)
 
 
-@pytest.fixture
-def last_agent_survives() -> Iterator[str]:
+def test_a_custom_selection_can_let_an_agent_survive() -> None:
     class LastAgentSurvives(Selection, name="last-agent-survives"):
         """Let the last agent survive as the last child. The first agent has all other children."""
 
@@ -137,11 +118,6 @@ def last_agent_survives() -> Iterator[str]:
             parents[:] = 0
             parents[-1, 0], parents[-1, 1] = generation.fitness.size - 1, ITSELF
 
-    yield LastAgentSurvives.name
-    registry.remove("selection", LastAgentSurvives.name)
-
-
-def test_a_custom_selection_can_let_an_agent_survive(last_agent_survives: str) -> None:
-    genome, children, parents = bred(1, last_agent_survives)
+    genome, children, parents = bred(1, LastAgentSurvives.name)
     assert parents.tolist() == [[5, 5]] + [[0, 0]] * 6 + [[7, 7]]
     np.testing.assert_array_equal(children[[0, 7]], genome[[5, 7]])

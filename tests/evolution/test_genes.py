@@ -1,8 +1,11 @@
-"""Inheritance and mutation of genes of parts agree with theory; runs record and restore them."""
+"""Inheritance and mutation of genes of parts agree with theory; runs record and restore them.
+
+Genes that are missing or not finite end a run.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,25 +15,26 @@ import pytest
 from scipy.stats import binomtest, kstest
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import (
+    GenerationKey,
+    apply_inheritance,
+    breed,
+    draw_genomes,
+    make_generation,
+)
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.genome_file import encode_genomes
-from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
+from baldwinlab.parts.loading import load_text
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import continue_histories, evolve_genomes, simulate
 from tests.worlds import make_small_experiment
 
 N_AGENTS = 2000
 SIGNIFICANCE = 1e-4
-
-
-@pytest.fixture(autouse=True)
-def _remove_parts() -> Iterator[None]:
-    yield
-    for kind, name in [("learning rule", "decay"), ("inheritance", "evolved-share")]:
-        registry.remove(kind, name)
+ADAPTIVE = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
 
 
 def declare_decay(gene: Gene) -> None:
@@ -140,18 +144,11 @@ def test_an_extended_run_has_the_genes_of_a_long_run() -> None:
     assert extended_history.dataset().identical(simulate(long, seed=1))
 
 
-def test_a_schedule_changes_settings_of_an_experiment_with_genes() -> None:
-    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
+def test_a_schedule_changes_settings_of_an_experiment_with_genes_and_removes_no_genes() -> None:
     changes = [{"generation": 1, "evolution.selection": "neutral"}]
-    run = simulate(experiment.replace(schedule=changes))
-    assert (run.gene_step_size > 0).all()
-
-
-def test_a_schedule_that_removes_genes_is_refused() -> None:
-    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
-    changes = [{"generation": 1, "evolution.variation": "gaussian"}]
+    assert (simulate(ADAPTIVE.replace(schedule=changes)).gene_step_size > 0).all()
     with pytest.raises(ExperimentError, match="the genomes would have the modules action with"):
-        experiment.replace(schedule=changes)
+        ADAPTIVE.replace(schedule=[{"generation": 1, "evolution.variation": "gaussian"}])
 
 
 def test_a_branch_without_learning_has_no_genes_of_the_rule() -> None:
@@ -165,13 +162,12 @@ def test_a_branch_without_learning_has_no_genes_of_the_rule() -> None:
 
 
 def test_a_founder_with_a_gene_outside_its_range_is_refused(tmp_path: Path) -> None:
-    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
-    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
+    genome = draw_genomes(ADAPTIVE, GenerationKey(0, 0, 0))
     genome[3, 0, -1] = 20
     path = tmp_path / "founders.npy"
     np.save(path, genome)
     with pytest.raises(RefusedError) as refused:
-        simulate(experiment.replace(evolution={"founders": [{"path": str(path)}]}))
+        simulate(ADAPTIVE.replace(evolution={"founders": [{"path": str(path)}]}))
     assert str(refused.value) == (
         f"{path}: the gene 'step_size' of agent 3 is 20, outside its range from 0.0001 to 10 in "
         "evo/A"
@@ -200,12 +196,11 @@ def test_the_share_of_lamarckian_inheritance_can_be_a_gene() -> None:
 
 
 def test_founders_with_other_genes_are_refused_by_their_names(tmp_path: Path) -> None:
-    adaptive = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
-    genome = draw_genomes(adaptive, GenerationKey(0, 0, 0))
+    genome = draw_genomes(ADAPTIVE, GenerationKey(0, 0, 0))
     path = tmp_path / "founders.nc"
-    path.write_bytes(encode_genomes(genome[None], adaptive, {}))
+    path.write_bytes(encode_genomes(genome[None], ADAPTIVE, {}))
     founders = [{"path": str(path)}]
-    run = simulate(adaptive.replace(evolution={"founders": founders}))
+    run = simulate(ADAPTIVE.replace(evolution={"founders": founders}))
     assert np.array_equal(run.genome.values[0], genome)
     without_genes = make_small_experiment("evo", evolution={"founders": founders})
     with pytest.raises(RefusedError) as refused:
@@ -231,3 +226,101 @@ def test_genes_are_missing_for_agents_of_a_species_without_them() -> None:
     innate = {"name": "innate", "size": 2}
     run = simulate(make_small_experiment("evo", population={"species": [learners, innate]}))
     assert np.array_equal(run.gene_decay.isnull().values, run.species.values == 1)
+
+
+FAULTY_PARTS = """
+import numpy as np
+
+from baldwinlab.parts import LearningRule, Variation, get, put
+
+
+class OneModuleAlone(Variation, name="one-module-alone"):
+    @staticmethod
+    def vary(part, mating):
+        for weight in range(mating.child.shape[1]):
+            mating.child[0, weight] = mating.fitter[0, weight]
+
+
+class InfiniteFounders(Variation, name="infinite-founders"):
+    @staticmethod
+    def init_founders(part, genome):
+        genome[2, 0, 5] = np.inf
+
+
+class Diverges(LearningRule, name="diverges"):
+    @staticmethod
+    def learn(part, model, state, step, lane):
+        put(state.weights, 1, lane, get(state.weights, 1, lane) * np.float32(1e30))
+"""
+
+
+@pytest.mark.usefixtures("in_plain_python")
+@pytest.mark.parametrize(
+    ("condition", "changes", "message"),
+    [
+        (
+            "evo+self-taught",
+            {"evolution": {"variation": "one-module-alone"}},
+            r"^evolution\.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' "
+            "of agent 0 .* in generation 1 of run 4",
+        ),
+        (
+            "evo",
+            {"evolution": {"variation": "infinite-founders"}},
+            r"gene 5 of the module 'action' of agent 2 .*\(inf\), in generation 0 of run 4",
+        ),
+        *(
+            (
+                "evo",
+                {
+                    "learning": {"rule": "diverges"},
+                    "evolution": {"lamarckian_share": 1.0, "selection": selection},
+                    "lifetime": {"steps": 9},
+                },
+                r"^learning\.rule = 'diverges' and evolution\.inheritance = 'darwinian' left gene 1"
+                " .* in generation 0 of run 4",
+            )
+            for selection in ("roulette", "neutral")
+        ),
+    ],
+)
+def test_a_part_that_leaves_a_gene_unwritten_or_infinite_is_refused(
+    condition: str, changes: Any, message: str
+) -> None:
+    load_text(FAULTY_PARTS, Path("parts.py"))
+    experiment = make_small_experiment(condition, **changes)
+    with pytest.raises(RefusedError, match=message) as error:
+        simulate(experiment, run=4)
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.usefixtures("in_plain_python")
+def test_learned_weights_that_are_not_inherited_can_be_infinite() -> None:
+    load_text(FAULTY_PARTS, Path("parts.py"))
+    run = simulate(
+        make_small_experiment("evo", learning={"rule": "diverges"}, lifetime={"steps": 9})
+    )
+    assert np.isfinite(run["genome"]).all()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_every_gene_of_every_agent_is_checked(value: float) -> None:
+    experiment = load("evo+self-taught/A").replace(evolution={"lamarckian_share": 1.0})
+    newborns = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    for agent, gene in ((0, 0), (7, 3), (len(newborns) - 1, newborns.shape[2] - 1)):
+        learned = newborns[:, 0].copy()
+        learned[agent, gene] = value
+        inherited = apply_inheritance(experiment, newborns, learned)
+        message = f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5"
+        with pytest.raises(RefusedError, match=message):
+            make_generation(experiment, GenerationKey(1, 5, 3), inherited, np.ones(len(newborns)))
+
+
+def test_graph_genomes_can_have_infinite_species_records_but_no_other_infinite_genes() -> None:
+    experiment = load("neat-xor")
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    assert np.isneginf(genome).any()
+    breed(experiment, genome, np.ones(len(genome)), GenerationKey(1, 0, 1))
+    genome[:, 0, 12] = np.inf
+    with pytest.raises(RefusedError, match=r"^evolution\.variation = 'neat' left gene 12"):
+        breed(experiment, genome, np.ones(len(genome)), GenerationKey(1, 0, 1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,18 +47,16 @@ def test_a_genome_file_returns_the_genomes_and_their_layout() -> None:
     assert content == encode_genomes(draw_runs(), EXPERIMENT, {"seed": 7})
 
 
-def test_founders_are_the_population_of_the_same_run(tmp_path: Path) -> None:
-    experiment = add_files((write_file(tmp_path / "two.nc"), 1))
-    for run in range(2):
+@pytest.mark.parametrize(
+    ("stored_runs", "population_of_run"), [(2, {0: 0, 1: 1}), (1, {0: 0, 5: 0})]
+)
+def test_founders_are_the_population_of_the_run_or_of_the_only_run(
+    tmp_path: Path, stored_runs: int, population_of_run: dict[int, int]
+) -> None:
+    experiment = add_files((write_file(tmp_path / "a.nc", runs=stored_runs), 1))
+    for run, population in population_of_run.items():
         founders = make_founders(experiment, KEY._replace(run=run))
-        np.testing.assert_array_equal(founders, draw_runs()[run])
-
-
-def test_founders_of_a_file_with_one_run_are_the_same_in_all_runs(tmp_path: Path) -> None:
-    experiment = add_files((write_file(tmp_path / "one.nc", runs=1), 1))
-    for run in (0, 5):
-        founders = make_founders(experiment, KEY._replace(run=run))
-        np.testing.assert_array_equal(founders, draw_runs(runs=1)[0])
+        np.testing.assert_array_equal(founders, draw_runs(runs=stored_runs)[population])
 
 
 def test_a_mixture_has_the_stated_shares_and_no_genome_twice(tmp_path: Path) -> None:
@@ -86,18 +85,27 @@ def test_a_small_file_founds_a_larger_population(tmp_path: Path) -> None:
     assert sorted(counts.tolist()) == [2] * 4 + [3] * 4
 
 
-def test_a_file_of_another_layout_is_refused_with_the_difference(tmp_path: Path) -> None:
-    experiment = add_files(
-        (write_file(tmp_path / "a.nc"), 1), experiment=bl.load("evo+self-taught/A")
-    )
-    with pytest.raises(RefusedError, match=r"do not fit evo\+self-taught/A: their modules"):
-        require_founders(experiment, 1)
-
-
-def test_an_array_of_another_shape_is_refused(tmp_path: Path) -> None:
-    np.save(tmp_path / "a.npy", np.zeros((8, 1, 3)))
-    with pytest.raises(RefusedError, match="1 x 3 modules and genes, and evo/A has 1 x 60"):
-        require_founders(add_files((tmp_path / "a.npy", 1)), 1)
+@pytest.mark.parametrize(
+    ("name", "content", "condition", "message"),
+    [
+        ("a.nc", EXPERIMENT, "evo+self-taught/A", r"do not fit evo\+self-taught/A: their modules"),
+        ("a.npy", np.zeros((8, 1, 3)), "evo/A", "1 x 3 modules and genes, and evo/A has 1 x 60"),
+        ("a.nc", b"no genomes", "evo/A", "is no genome file"),
+        ("a.npy", b"no genomes", "evo/A", "is no genome file"),
+    ],
+)
+def test_a_file_with_other_content_is_refused_with_the_difference(
+    tmp_path: Path, name: str, content: Any, condition: str, message: str
+) -> None:
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif isinstance(content, np.ndarray):
+        np.save(path, content)
+    else:
+        write_file(path, content)
+    with pytest.raises(RefusedError, match=message):
+        require_founders(add_files((path, 1), experiment=bl.load(condition)), 1)
 
 
 def test_too_few_runs_are_refused(tmp_path: Path) -> None:
@@ -113,13 +121,6 @@ def test_a_changed_file_is_refused(tmp_path: Path) -> None:
     write_file(path, runs=1)
     with pytest.raises(PartError, match="has changed since the experiment was made"):
         read_genomes(experiment.evolution.founders[0])
-
-
-@pytest.mark.parametrize("name", ["a.nc", "a.npy"])
-def test_a_file_with_other_content_is_refused(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_bytes(b"no genomes")
-    with pytest.raises(RefusedError, match="is no genome file"):
-        require_founders(add_files((tmp_path / name, 1)), 1)
 
 
 def test_a_gene_that_is_not_finite_is_refused(tmp_path: Path) -> None:

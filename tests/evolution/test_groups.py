@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.papers.presets import load
-from baldwinlab.parts import load_file
+from baldwinlab.parts.loading import load_text
 
 HALVES = '''
 from baldwinlab.parts import Selection
@@ -39,6 +39,7 @@ class Halves(Selection, name="{name}"):
                 parents[child, side] = best
     {survivors_hook}
 '''
+NEAT = ["evolution.variation=neat"]
 ELITE_OF_EACH_HALF = """
     @staticmethod
     def mark_survivors(part, generation, count):
@@ -50,14 +51,10 @@ ELITE_OF_EACH_HALF = """
 """
 
 
-def experiment_with_halves(
-    tmp_path: Path, name: str, *, declared: bool, survivors_hook: str = ""
-) -> Experiment:
-    path = tmp_path / f"{name.replace('-', '_')}.py"
-    path.write_text(HALVES.format(name=name, declared=declared, survivors_hook=survivors_hook))
-    load_file(path)
-    experiment: Experiment = load("evo+self-taught/A").replace(evolution={"selection": name})
-    return experiment
+def use_halves(name: str = "halves", declared: bool = True, survivors_hook: str = "") -> Any:
+    text = HALVES.format(name=name, declared=declared, survivors_hook=survivors_hook)
+    load_text(text, Path(f"{name}.py"))
+    return load("evo+self-taught/A").replace(evolution={"selection": name})
 
 
 def count_mixed_children(experiment: Experiment) -> int:
@@ -72,14 +69,12 @@ def count_mixed_children(experiment: Experiment) -> int:
     return int((half[parents] != half[:, None]).any(axis=1).sum())
 
 
-def test_an_elite_that_mixes_groups_is_refused_if_the_groups_are_declared(
-    tmp_path: Path,
-) -> None:
-    undeclared = experiment_with_halves(tmp_path, "halves-undeclared", declared=False)
+def test_an_elite_that_mixes_groups_is_refused_if_the_groups_are_declared() -> None:
+    undeclared = use_halves("halves-undeclared", declared=False)
     assert count_mixed_children(undeclared) == 0
     # The declaration of groups prevents this fault.
     assert count_mixed_children(undeclared.replace(evolution={"elite": 4})) == 4
-    declared = experiment_with_halves(tmp_path, "halves", declared=True)
+    declared = use_halves()
     assert count_mixed_children(declared) == 0
     with pytest.raises(
         ExperimentError,
@@ -88,10 +83,8 @@ def test_an_elite_that_mixes_groups_is_refused_if_the_groups_are_declared(
         declared.replace(evolution={"elite": 4})
 
 
-def test_a_selection_can_have_an_elite_in_each_group(tmp_path: Path) -> None:
-    experiment = experiment_with_halves(
-        tmp_path, "halves-with-an-elite", declared=True, survivors_hook=ELITE_OF_EACH_HALF
-    )
+def test_a_selection_can_have_an_elite_in_each_group() -> None:
+    experiment = use_halves("halves-with-an-elite", survivors_hook=ELITE_OF_EACH_HALF)
     assert count_mixed_children(experiment.replace(evolution={"elite": 4})) == 0
 
 
@@ -112,18 +105,15 @@ def test_a_selection_can_have_an_elite_in_each_group(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_settings_that_mix_groups_are_refused_in_one_sentence(
-    tmp_path: Path, changes: Any, setting: str
-) -> None:
-    declared = experiment_with_halves(tmp_path, "halves", declared=True)
+def test_settings_that_mix_groups_are_refused_in_one_sentence(changes: Any, setting: str) -> None:
     with pytest.raises(ExperimentError) as refused:
-        assign(declared, changes)
+        assign(use_halves(), changes)
     assert setting in str(refused.value)
     assert "would mix them" in str(refused.value)
     assert len(str(refused.value).splitlines()) == 1
 
 
-def test_a_selection_with_groups_has_no_neutral_control(tmp_path: Path) -> None:
+def test_a_selection_with_groups_has_no_neutral_control() -> None:
     with pytest.raises(ExperimentError, match="no neutral control"):
-        experiment_with_halves(tmp_path, "halves", declared=True).neutral_control()
+        use_halves().neutral_control()
     assert load("evo/A").neutral_control().evolution.selection == "neutral"

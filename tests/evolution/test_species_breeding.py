@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, fitness, make_founders, make_generation
+from baldwinlab.evolution import GenerationKey, Genome, fitness, make_founders, make_generation
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import (
     count_agents,
@@ -18,13 +18,13 @@ from baldwinlab.evolution.species import (
     list_initial_species,
 )
 from baldwinlab.evolution.species_breeding import (
+    Offspring,
     compute_species_fitness,
     inherit_within_species,
     iterate_members,
     make_offspring,
 )
-from baldwinlab.evolution.variation import Crossover
-from baldwinlab.experiment import registry
+from baldwinlab.evolution.variation_operators import Crossover
 from baldwinlab.parts import Mating, compiled, per_run
 from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes
 
@@ -38,6 +38,13 @@ def make_experiment(**changes: Any) -> Any:
     innate = {"name": "innate", "size": 12} | changes.pop("innate", {})
     learners = LEARNERS | changes.pop("learners", {})
     return bl.load("evo/A").replace(population={"species": [learners, innate]}, **changes)
+
+
+def breed(experiment: Any, fitness: Any, arrays: Any = None) -> tuple[Genome, Offspring]:
+    """Return the founders of an experiment and their offspring."""
+    founders = make_founders(experiment, KEY)
+    lifetimes = make_lifetimes(founders, species=list_initial_species(experiment))
+    return founders, make_offspring(experiment, CHILD_KEY, founders, fitness, lifetimes, arrays)
 
 
 def test_agents_are_numbered_species_after_species() -> None:
@@ -79,12 +86,9 @@ def test_species_that_compete_within_evolve_as_separate_experiments() -> None:
         },
         innate={"network": {"hidden": [4]}},
     )
-    founders = make_founders(experiment, KEY)
     species = list_initial_species(experiment)
     energy = np.arange(20.0) % 7
-    offspring = make_offspring(
-        experiment, CHILD_KEY, founders, energy, make_lifetimes(founders, species=species)
-    )
+    founders, offspring = breed(experiment, energy)
     assert np.array_equal(offspring.species, species)
     for index, member, agents in iterate_members(experiment, species):
         genome, parents = make_generation(
@@ -132,14 +136,7 @@ def test_each_species_has_arrays_of_the_run() -> None:
 
 def test_without_parents_a_species_has_new_genomes() -> None:
     experiment = make_experiment(learners={"evolution": {"inheritance": "none"}})
-    founders = make_founders(experiment, KEY)
-    offspring = make_offspring(
-        experiment,
-        CHILD_KEY,
-        founders,
-        np.ones(20),
-        make_lifetimes(founders, species=list_initial_species(experiment)),
-    )
+    _, offspring = breed(experiment, np.ones(20))
     assert (offspring.parents[:8] == -1).all()
     assert (offspring.parents[8:] >= 8).all()
 
@@ -147,10 +144,7 @@ def test_without_parents_a_species_has_new_genomes() -> None:
 def test_a_child_of_competing_species_has_the_species_of_a_parent() -> None:
     experiment = make_experiment(evolution={"compete": "across"})
     species = list_initial_species(experiment)
-    founders = make_founders(experiment, KEY)
-    offspring = make_offspring(
-        experiment, CHILD_KEY, founders, np.arange(20.0), make_lifetimes(founders, species=species)
-    )
+    _, offspring = breed(experiment, np.arange(20.0))
     assert (np.diff(offspring.species) >= 0).all()
     species_of_parents = species[offspring.parents]
     assert (species_of_parents == offspring.species[:, None]).any(axis=1).all()
@@ -160,13 +154,7 @@ def test_a_child_of_competing_species_has_the_species_of_a_parent() -> None:
 
 def test_the_elite_of_competing_species_survives_unchanged() -> None:
     experiment = make_experiment(evolution={"compete": "across", "elite": 1})
-    founders = make_founders(experiment, KEY)
-    species = list_initial_species(experiment)
-    fitness = np.zeros(20)
-    fitness[11] = 1
-    offspring = make_offspring(
-        experiment, CHILD_KEY, founders, fitness, make_lifetimes(founders, species=species)
-    )
+    founders, offspring = breed(experiment, 1.0 * (np.arange(20) == 11))
     is_survivor = (offspring.genome == founders[11]).all(axis=(1, 2))
     assert is_survivor.any()
     assert (offspring.species == 1).all()
@@ -178,10 +166,8 @@ def test_identical_species_in_competition_evolve_as_one_species() -> None:
         population={"species": [{"name": "a", "size": 8}, {"name": "b", "size": 12}]},
         evolution={"compete": "across"},
     )
-    founders = make_founders(two, KEY)
     fitness = np.arange(20.0) % 5
-    lifetimes = make_lifetimes(founders, species=list_initial_species(two))
-    offspring = make_offspring(two, CHILD_KEY, founders, fitness, lifetimes)
+    founders, offspring = breed(two, fitness)
     genome, parents = make_generation(single, CHILD_KEY, founders, fitness)
     # Children are sorted by species, and are otherwise equal.
     rows = np.concatenate([parents, genome[:, 0]], axis=1)
@@ -189,8 +175,7 @@ def test_identical_species_in_competition_evolve_as_one_species() -> None:
     assert sorted(rows.tolist()) == sorted(sorted_rows.tolist())
 
 
-@pytest.fixture
-def counted_crossover() -> Iterator[str]:
+def test_a_competing_species_makes_only_its_children() -> None:
     class CountedCrossover(Crossover, name="counted-crossover"):
         """Crossover that counts the children that it makes."""
 
@@ -201,25 +186,17 @@ def counted_crossover() -> Iterator[str]:
             part.n_children[0] += 1
             vary_by_crossover(part, mating)
 
-    yield CountedCrossover.name
-    registry.remove("variation", CountedCrossover.name)
-
-
-def test_a_competing_species_makes_only_its_children(counted_crossover: str) -> None:
     counted, plain = (
         make_experiment(evolution={"compete": "across", "variation": variation})
-        for variation in (counted_crossover, "crossover")
+        for variation in ("counted-crossover", "crossover")
     )
-    founders = make_founders(plain, KEY)
-    lifetimes = make_lifetimes(founders, species=list_initial_species(plain))
     arrays: dict[int, Any] = {}
-    offspring = make_offspring(counted, CHILD_KEY, founders, np.arange(20.0), lifetimes, arrays)
+    _, offspring = breed(counted, np.arange(20.0), arrays)
     n_children = [
-        arrays[index][f"variation.{counted_crossover}.n_children"].item() for index in (0, 1)
+        arrays[index]["variation.counted-crossover.n_children"].item() for index in (0, 1)
     ]
     assert n_children == count_agents(offspring.species, 2).tolist()
-    expected = make_offspring(plain, CHILD_KEY, founders, np.arange(20.0), lifetimes)
-    assert np.array_equal(offspring.genome, expected.genome)
+    assert np.array_equal(offspring.genome, breed(plain, np.arange(20.0))[1].genome)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
@@ -228,20 +205,13 @@ def test_the_species_of_a_child_is_that_of_a_random_parent(share: float) -> None
     experiment = bl.load("evo/A").replace(
         population={
             "size": n_children,
-            "species": [
-                {"name": "a", "size": n_children // 4},
-                {"name": "b", "size": n_children - n_children // 4},
-            ],
+            "species": [{"name": "a", "size": 1000}, {"name": "b", "size": 3000}],
         },
         evolution={"compete": "across", "selection": "neutral"},
         network={"hidden": []},
     )
-    species = list_initial_species(experiment)
-    founders = make_founders(experiment, KEY)
     # Fitness differs between the species, and neutral selection ignores it.
-    fitness = np.where(species == 0, share, 1.0)
-    offspring = make_offspring(
-        experiment, CHILD_KEY, founders, fitness, make_lifetimes(founders, species=species)
-    )
+    fitness = np.where(list_initial_species(experiment) == 0, share, 1.0)
+    _, offspring = breed(experiment, fitness)
     standard_error = np.sqrt(0.25 * 0.75 / n_children)
     assert abs((offspring.species == 0).mean() - 0.25) < 4 * standard_error

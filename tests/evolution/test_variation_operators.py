@@ -1,203 +1,106 @@
-"""The selection schemes and variation operators agree with theory and with their oracles."""
+"""The variation operators agree with theory and with their oracles, for any number of modules."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.stats import chisquare, kstest
+from scipy.stats import chisquare
 
 import baldwinlab as bl
 from baldwinlab.api.checks.declarations import list_read_settings
-from baldwinlab.engine import rng
-from baldwinlab.evolution import GenerationKey, Parents, breed, select
-from baldwinlab.evolution.variation import Crossover
-from baldwinlab.evolution.variation_operators import OnePointCrossover
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution.rng_key import Genome
+from baldwinlab.evolution.variation_operators import Crossover, OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.part import overridden_hooks
 from baldwinlab.parts.variation import Mating
-from baldwinlab.simulation.simulate import simulate
 from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
-FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
-AGENTS = FITNESS.size
 Numbers = npt.NDArray[np.float64]
+# Variations that serve one model, by the name of the model. Its genomes have one module.
+VARIATIONS_OF_ONE_MODEL = {"one-point-of-units": "cue-learners"}
+VARIATIONS = [
+    name
+    for name in registry.package_parts("variation")
+    if "vary" in overridden_hooks(registry.find_class("variation", name))
+    and name not in VARIATIONS_OF_ONE_MODEL
+    # These genomes have no genes of parts.
+    and not registry.find_class("variation", name).genes
+]
+# Without mutation, children of these variations still have genes that neither parent has.
+VARIATIONS_OF_EVERY_GENE = {"infinitesimal", "lattice-steps"}
+SETTINGS = [
+    {"mutation_rate": 0.3, "mutation_gate": "weight"},
+    {"mutation_rate": 0.6, "mutation_gate": "child"},
+]
+Genes = npt.NDArray[np.float32]
 
 
-@cache
-def experiment_with(**evolution: Any) -> Experiment:
-    return load("evo/A").replace(evolution=evolution)
+def make_child(
+    part: Any, fitter: Genes, second_parent: Genes, draws: npt.NDArray[np.float64], gate: float
+) -> Genes:
+    """Return a child, computed in plain Python."""
+    child = np.full_like(fitter, np.nan)
+    with np.errstate(all="ignore"):
+        type(part).part.vary(part, Mating(fitter, second_parent, draws, gate, child))
+    return child
 
 
-def draw_parents(scheme: str, fitness: Numbers, generation: int, **fields: Any) -> Parents:
-    experiment = (
-        load("evo/A").replace(evolution={"selection": scheme, **fields})
-        if fields
-        else experiment_with(selection=scheme)
-    )
-    return select(
-        experiment,
-        fitness,
-        GenerationKey(3, 0, generation).uniforms(rng.SELECTION, (fitness.size, 2)),
-    )
+@pytest.mark.parametrize("name", VARIATIONS)
+@pytest.mark.parametrize(("modules", "genes"), [(1, 1), (1, 7), (2, 7), (3, 7), (5, 7)])
+def test_a_child_of_several_modules_equals_the_oracle_and_the_child_of_flat_genomes(
+    name: str, modules: int, genes: int
+) -> None:
+    """Half of the random numbers are multiples of 1/20, among them the rates and 1/2."""
+    random = np.random.default_rng(modules)
+    for settings in SETTINGS:
+        part = breeding_part(
+            load("evo/A").replace(evolution={"variation": name, **settings}), "variation"
+        )[0]
+        for number in range(40):
+            levels = random.integers(0, 16, (2, modules, genes))
+            fitter, second_parent = (levels * 4 / 15 - 2).astype(np.float32)
+            rows = random.random((modules * genes + 1, 4))
+            if number % 2:
+                rows = random.integers(1, 20, rows.shape) / 20
+            draws, gate = rows[:-1], float(rows[-1, 0])
+            child = make_child(part, fitter, second_parent, draws, gate)
+            expected = find_oracle(type(part).part)(
+                part, fitter.tolist(), second_parent.tolist(), draws.tolist(), gate
+            )
+            np.testing.assert_allclose(child, expected, rtol=1e-6, atol=1e-6)
+            child_of_flat_genomes = make_child(
+                part, fitter.reshape(1, -1), second_parent.reshape(1, -1), draws, gate
+            )
+            assert child.tobytes() == child_of_flat_genomes.tobytes()
 
 
-def count_parents(scheme: str, fitness: Numbers, rounds: int) -> npt.NDArray[np.int64]:
-    """Return how often each agent is a parent, [round, agent]."""
-    counts = [
-        np.bincount(draw_parents(scheme, fitness, generation).ravel(), minlength=fitness.size)
-        for generation in range(1, rounds + 1)
-    ]
-    return np.stack(counts)
+@pytest.mark.parametrize("name", sorted({*VARIATIONS} - VARIATIONS_OF_EVERY_GENE))
+def test_compiled_children_inherit_each_gene_from_the_same_module_of_a_parent(name: str) -> None:
+    """Without mutation, each gene of a child equals that gene of a parent.
 
-
-def test_expected_offspring_rounds_the_expected_number_of_children_down_or_up() -> None:
-    expected = 2 * AGENTS * FITNESS / FITNESS.sum()
-    counts = count_parents("expected-offspring", FITNESS, 300)
-    assert (counts >= np.floor(expected)).all()
-    assert (counts <= np.ceil(expected)).all()
-    assert (counts.sum(axis=1) == 2 * AGENTS).all()
-
-
-def test_integer_expected_numbers_of_children_are_met_exactly() -> None:
-    counts = count_parents("expected-offspring", np.array([4.0, 1.0, 3.0, 0.0]), 50)
-    assert (counts == [4, 1, 3, 0]).all()
-    assert (count_parents("expected-offspring", np.full(6, 0.3), 50) == 2).all()
-    # If all fitness values are 0, each agent has the same number of children.
-    assert (count_parents("expected-offspring", np.zeros(6), 50) == 2).all()
-
-
-def test_expected_offspring_has_the_mean_of_roulette_and_the_minimum_variance() -> None:
-    slots = 2 * AGENTS
-    rounds = 1000
-    expected = slots * FITNESS / FITNESS.sum()
-    roulette, expected_offspring = (
-        count_parents(scheme, FITNESS, rounds) for scheme in ("roulette", "expected-offspring")
-    )
-    binomial = expected * (1 - expected / slots)
-    minimum = (expected % 1) * (1 - expected % 1)
-    for counts, variance in ((roulette, binomial), (expected_offspring, minimum)):
-        assert (np.abs(counts.mean(axis=0) - expected) <= 4.5 * np.sqrt(variance / rounds)).all()
-        assert (np.abs(counts.var(axis=0) - variance) <= 0.25 * variance + 1e-12).all()
-
-
-def test_outcrossing_draws_the_second_parent_by_fitness_from_the_remaining_agents() -> None:
-    """The first parent is drawn by roulette, the second by roulette without the first."""
-    rounds = 1000
-    pairs = np.concatenate(
-        [draw_parents("outcrossing", FITNESS, generation) for generation in range(1, rounds + 1)]
-    )
-    share = FITNESS / FITNESS.sum()
-    ordered = np.outer(share, share) / (1 - share)[:, None] * (1 - np.eye(AGENTS))
-    expected = len(pairs) * np.triu(ordered + ordered.T)
-    actual = np.zeros_like(expected)
-    np.add.at(actual, (pairs.min(axis=1), pairs.max(axis=1)), 1)
-    assert (actual[expected == 0] == 0).all()
-    assert (np.diag(actual) == 0).all(), "no agent mates with itself"
-    assert chisquare(actual[expected > 0], expected[expected > 0]).pvalue > 0.001
-
-
-@pytest.mark.parametrize("fit_agent", range(4))
-def test_a_single_agent_with_fitness_mates_with_any_second_agent(fit_agent: int) -> None:
-    fitness = np.where(np.arange(4) == fit_agent, 2.0, 0.0)
-    pairs = np.concatenate(
-        [draw_parents("outcrossing", fitness, generation) for generation in range(1, 100)]
-    )
-    assert (pairs[:, 0] == fit_agent).all()
-    assert set(pairs[:, 1].tolist()) == set(range(4)) - {fit_agent}
-    # In a population of one agent, the agent is both parents.
-    assert (draw_parents("outcrossing", fitness[:1], 1) == 0).all()
-
-
-def test_expected_offspring_pairs_parents_at_random() -> None:
-    """Each of 6 agents is a parent twice.
-
-    For each parent, one of the 11 remaining slots holds the same agent.
+    Here the value of a gene encodes the parent and the module.
     """
-    rounds = 600
-    pairs = np.concatenate(
-        [
-            draw_parents("expected-offspring", np.ones(6), generation)
-            for generation in range(1, rounds + 1)
-        ]
+    experiment = load("evo+self-taught/A").replace(
+        evolution={"variation": name, "mutation_rate": 0, "mutation_size": 0}
     )
-    selfed = (pairs[:, 0] == pairs[:, 1]).mean()
-    assert abs(selfed - 1 / 11) < 4 * np.sqrt(1 / 11 * 10 / 11 / len(pairs))
-    # The first parent of the first child of each round.
-    first = pairs[::6, 0]
-    assert chisquare(np.bincount(first, minlength=6)).pvalue > 0.001
-
-
-# The last value is larger than any draw. It rounds as a draw does if there are many slots.
-@pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33, 1 - 2.0**-53])
-def test_extreme_draws_never_select_an_agent_without_fitness(edge: float) -> None:
-    fitness = np.array([0.0, 0.1, 0.3, 0.0])
-    parents = select(
-        experiment_with(selection="expected-offspring"), fitness, np.full((4, 2, 4), edge)
+    genome = np.empty((experiment.population.size, 2, experiment.genome_length), np.float32)
+    genome[...] = np.arange(len(genome))[:, None, None] + np.array([0, 0.5])[None, :, None]
+    children, parents = breed(
+        experiment, genome, np.arange(float(len(genome))), GenerationKey(1, 0, 1)
     )
-    assert (fitness[parents] > 0).all()
-
-
-@pytest.mark.parametrize(
-    ("share", "children"),
-    [(1e-9, [8]), (0.2, [4, 4]), (0.375, [3, 3, 2]), (0.625, [2, 2, 2, 1, 1]), (1.0, [1] * 8)],
-)
-def test_the_fittest_parents_have_the_remaining_children(share: float, children: list[int]) -> None:
-    parents = draw_parents("best-copies", FITNESS, 1, best_copies={"parent_share": share})
-    counts = np.bincount(parents[:, 0], minlength=AGENTS)
-    ranked = counts[np.argsort(-FITNESS)]
-    assert ranked.tolist() == children + [0] * (AGENTS - len(children))
-
-
-def test_a_share_of_the_children_has_a_random_second_parent_among_the_best() -> None:
-    """The best 200 of 1000 agents have five children each."""
-    fitness = np.random.default_rng(1).permutation(1000).astype(float)
-    single_parent, two_parents = (
-        draw_parents(
-            "best-copies", fitness, 1, best_copies={"parent_share": 0.2, "two_parent_share": share}
-        )
-        for share in (0.0, 0.5)
-    )
-    # Either parent can be the fitter one, which is recorded first.
-    second = two_parents.sum(axis=1) - single_parent[:, 0]
-    pairs = np.stack([single_parent[:, 0], second], axis=1)
-    assert (np.sort(two_parents, axis=1) == np.sort(pairs, axis=1)).all()
-    has_two = two_parents[:, 0] != two_parents[:, 1]
-    assert abs(has_two.mean() - 0.5 * 199 / 200) < 4 * np.sqrt(0.25 / 1000)
-    assert (fitness[two_parents] >= 800).all(), "all parents are among the best 200"
-    counts = np.histogram(fitness[second[has_two]], bins=4, range=(800, 1000))[0]
-    assert chisquare(counts).pvalue > 0.001
-
-
-def test_agents_of_equal_fitness_are_among_the_best_with_equal_probability() -> None:
-    parents = [
-        np.unique(draw_parents("best-copies", np.ones(10), generation))
-        for generation in range(1, 301)
-    ]
-    assert {agents.size for agents in parents} == {2}
-    assert chisquare(np.bincount(np.concatenate(parents), minlength=10)).pvalue > 0.001
-
-
-def test_a_gaussian_mutation_has_mean_0_and_the_mutation_size_as_standard_deviation() -> None:
-    experiment = load("evo/A").replace(
-        population={"size": 500},
-        evolution={"variation": "gaussian", "mutation_rate": 0.3, "mutation_size": 0.25},
-    )
-    children, _ = breed(
-        experiment, np.zeros((500, 1, 60), np.float32), np.ones(500), GenerationKey(2, 0, 1)
-    )
-    changes = children[children != 0]
-    assert abs(changes.size / children.size - 0.3) < 4 * np.sqrt(0.3 * 0.7 / children.size)
-    assert abs(changes.mean()) < 4 * 0.25 / np.sqrt(changes.size)
-    assert abs(changes.var() / 0.25**2 - 1) < 4 * np.sqrt(2 / changes.size)
-    assert kstest(changes / 0.25, "norm").pvalue > 0.001
+    # Axes: child, parent, module, gene.
+    from_parents = children[:, None] == genome[parents]
+    assert from_parents.any(axis=1).all()
 
 
 def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -> None:
@@ -297,44 +200,59 @@ def test_the_genomes_of_survivors_do_not_change_with_a_gene_pool() -> None:
     assert not np.isin(children[3:], genome).any(), "all weights of the other children mutated"
 
 
-@pytest.mark.parametrize("name", ["best-copies", "expected-offspring", "outcrossing"])
-def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str) -> None:
-    part = registry.find_class("selection", name)
-    experiment = experiment_with(selection=name)
-    if name == "best-copies":
-        experiment = experiment.replace(evolution={"best_copies": {"two_parent_share": 0.3}})
-    values = SimpleNamespace(parent_share=np.float32(0.2), two_parent_share=np.float32(0.3))
-    random = np.random.default_rng(4)
-    for agents in (1, 2, 3, 7, 40):
-        # A scheme that uses ranks accepts negative fitness.
-        fitness = np.round(random.uniform(-3 if name == "best-copies" else 0, 3, agents))
-        uniforms = random.random((agents, 2, 4))
-        parents = select(experiment, fitness, uniforms)
-        generation = SimpleNamespace(fitness=fitness.tolist(), uniforms=uniforms.tolist())
-        expected = find_oracle(part)(values, generation)
-        assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
+def test_the_variance_of_the_infinitesimal_model_approaches_twice_that_of_segregation() -> None:
+    """Each generation halves the variance of the parents and adds that of segregation."""
+    n_agents = 20_000
+    experiment = bl.load("moving-optimum").replace(
+        population={"size": n_agents},
+        evolution={"variation": "infinitesimal", "selection": "neutral", "mutation_size": 0.5},
+    )
+    genomes = np.random.default_rng(1).normal(0, 2, (n_agents, 1, 1)).astype(np.float32)
+    variance = 4.0
+    for generation in range(1, 7):
+        genomes, _ = breed(experiment, genomes, np.ones(n_agents), GenerationKey(0, 0, generation))
+        variance = variance / 2 + 0.25
+        assert genomes.var() == pytest.approx(variance, rel=4 * np.sqrt(2 / n_agents) * 2)
 
 
-def test_best_copies_in_a_run_copies_the_agents_with_the_most_energy() -> None:
-    """The scheme of Nolfi, Elman and Parisi: the best three of six have two children each."""
-    evolution = {
-        "selection": "best-copies",
-        "variation": "copy",
-        "best_copies": {"parent_share": 0.5},
-        "mutation_rate": 0,
-    }
-    run = simulate(make_small_experiment("evo", evolution={"generations": 3, **evolution}), seed=3)
-    for generation in (1, 2):
-        energy = run.energy.values[generation - 1]
-        parents = run.parents.values[generation]
-        assert sorted(energy[parents[:, 0]]) == sorted(np.repeat(np.sort(energy)[3:], 2))
-        np.testing.assert_array_equal(
-            run.genome.values[generation], run.genome.values[generation - 1][parents[:, 0]]
-        )
+def sphere_experiment(variation: str) -> Experiment:
+    return make_small_experiment(
+        "evo",
+        population={"size": 40},
+        network={"hidden": []},
+        evolution={"variation": variation, "selection": "truncation"},
+    )
+
+
+def squared_distances(experiment: Experiment, genome: Genome) -> np.ndarray:
+    """Return the squared distance of the weights from 0, [agent]."""
+    weights = genome[:, 0, : experiment.weight_count].astype(float)
+    return np.asarray((weights**2).sum(axis=1))
+
+
+def minimize_sphere(experiment: Experiment) -> tuple[float, Genome]:
+    """Return the smallest squared distance of the last generation, and its genomes."""
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    for generation in range(1, 151):
+        fitness = -squared_distances(experiment, genome)
+        genome, _ = breed(experiment, genome, fitness, GenerationKey(1, 0, generation))
+    return float(squared_distances(experiment, genome).min()), genome
+
+
+def test_step_sizes_adapt_so_that_populations_converge_further_than_with_a_fixed_step() -> None:
+    adaptive = sphere_experiment("self-adaptive")
+    distance, genome = minimize_sphere(adaptive)
+    fixed = sphere_experiment("gaussian").replace(
+        evolution={"mutation_rate": 1.0, "mutation_size": 0.1}
+    )
+    fixed_distance, _ = minimize_sphere(fixed)
+    assert distance < fixed_distance / 10
+    assert np.median(genome[:, 0, adaptive.gene_index("step_size")]) < 0.02
 
 
 def test_a_part_can_have_the_name_of_a_method_of_settings_tables() -> None:
-    assert experiment_with(variation="copy").part("evolution.variation").name == "copy"
+    experiment = load("evo/A").replace(evolution={"variation": "copy"})
+    assert experiment.part("evolution.variation").name == "copy"
     with pytest.raises(ExperimentError, match="there is no such field"):
         load("evo/A").replace(evolution={"copy": {"parent_share": 1}})
 
@@ -356,10 +274,7 @@ def test_a_custom_variation_that_reads_undeclared_settings_fails_its_check() -> 
             "size": lambda part, experiment: experiment.evolution.mutation_size
         }
 
-    try:
-        findings = bl.check_part(Undeclared, requirements=["fields"])
-    finally:
-        registry.remove("variation", Undeclared.name)
+    findings = bl.check_part(Undeclared, requirements=["fields"])
     (failure,) = [str(finding) for finding in findings if finding.holds is False]
     assert "read: ['mutation_rate', 'mutation_size']" in failure
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.models.miniworld.learning.hebbian import COVARIANCE, HEBB, POSTSYNAPTIC, PRESYNAPTIC
-from baldwinlab.parts.synapses import MAX_WEIGHT
+from baldwinlab.parts.learning_rules import MAX_WEIGHT
 
 
 def apply_abcd(part: Any, agents: Any, agent: Any, naive: Any) -> None:

@@ -13,162 +13,147 @@ from typing import Any, Final
 from baldwinlab.api.checks import REQUIREMENTS, CheckFinding, check_part
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.requirements import check_requirement
-from baldwinlab.evolution.fitness import Energy
-from baldwinlab.evolution.fitness_sharing import FitnessSharing
-from baldwinlab.evolution.infinitesimal import Infinitesimal
-from baldwinlab.evolution.inheritance import Darwinian
-from baldwinlab.evolution.lexicase import Lexicase
-from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
-from baldwinlab.evolution.neutral_selection import Neutral
-from baldwinlab.evolution.ordinal_selection import (
-    BestCopies,
-    LargerTournament,
-    MuPlusLambda,
-    Rank,
-    Tournament,
-    Truncation,
-)
-from baldwinlab.evolution.proportional_selection import ExpectedOffspring, Outcrossing, Roulette
-from baldwinlab.evolution.self_adaptation import SelfAdaptive
-from baldwinlab.evolution.social_heredity import SocialHeredity
-from baldwinlab.evolution.stop import Fixation, Stagnation, TargetFitness
-from baldwinlab.evolution.variation import Crossover
-from baldwinlab.evolution.variation_operators import Copy, Gaussian, GenePool, OnePointCrossover
+from baldwinlab.experiment import registry
 from baldwinlab.models.cell_foragers import FewMutations
 from baldwinlab.models.cue_learners import OnePointOfUnits
-from baldwinlab.models.discrete_variation import (
-    BitFlips,
-    FourBitWeights,
-    OnePointOfAlleles,
-    OnePointOfBits,
-)
+from baldwinlab.models.discrete_variation import FourBitWeights
 from baldwinlab.models.lattice_walkers import LatticeSteps, MutantFixation
-from baldwinlab.models.miniworld.behavior_fitness import Distance, EarlyFood, Novelty
+from baldwinlab.models.miniworld.behavior_fitness import Novelty
 from baldwinlab.models.miniworld.bodies import Continuous, Grid, Stay, Walker
-from baldwinlab.models.miniworld.features.walls import Walls
 from baldwinlab.models.miniworld.learning.hebbian import (
     ABCD,
-    Covariance,
     EvolvedABCD,
     EvolvedModulated,
-    Hebb,
     Modulated,
-    Postsynaptic,
-    Presynaptic,
 )
-from baldwinlab.models.miniworld.learning.prediction import Prediction, RandomPrediction
-from baldwinlab.models.miniworld.learning.reward import Complementary, Reward
 from baldwinlab.models.miniworld.learning.teachers import (
     Imitation,
     RandomTargets,
     SelfTaught,
     Supervised,
 )
-from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
-from baldwinlab.models.miniworld.networks.neat import NeatNetwork
-from baldwinlab.models.miniworld.networks.recurrent import ContinuousTime, SimpleRecurrent
-from baldwinlab.models.miniworld.senses.binary import Compass, LastAction, PatchSight, Touch
 from baldwinlab.models.miniworld.senses.other_agents import (
     Neighbours,
     SpeciesInSight,
     SpeciesNearness,
 )
 from baldwinlab.models.miniworld.senses.rays import FoodRays, Rays
-from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Smell
-from baldwinlab.models.miniworld.senses.sight import Sight
 from tests.oracles import (
     bodies,
-    fitness,
+    breeding,
     hebbian,
-    inheritance,
     learning,
     neat,
     networks,
     selection,
     senses,
-    stop,
     variation,
 )
 
-# Part -> oracle, with the arguments that `api/checks/declarations.py` lists for its kind. Its name
-# is a verb and the name of the part.
+# Kind of part -> name -> oracle, with the arguments that `api/checks/declarations.py` lists for the
+# kind.
+_ORACLES: Final[Mapping[str, Mapping[str, Callable[..., Any]]]] = {
+    "sense": {
+        "compass": senses.compute_compass,
+        "energy": senses.compute_energy_sense,
+        "food": senses.compute_sight,
+        "food-rays": senses.compute_food_rays,
+        "last-action": senses.compute_last_action,
+        "nearest": senses.compute_nearest,
+        "neighbours": senses.compute_neighbours,
+        "patch": senses.compute_patch_sight,
+        "rays": senses.compute_rays,
+        "smell": senses.compute_smell,
+        "species-in-sight": senses.compute_species_in_sight,
+        "species-nearness": senses.compute_species_nearness,
+        "touch": senses.compute_touch,
+    },
+    "body": {
+        "continuous": bodies.move_continuous,
+        "grid": bodies.move_grid,
+        "stay": bodies.move_walker,
+        "walker": bodies.move_walker,
+    },
+    "network": {
+        "continuous-time": networks.compute_continuous_time,
+        "feed-forward": networks.compute_feed_forward,
+        "neat": neat.compute_outputs,
+        "simple-recurrent": networks.compute_simple_recurrent,
+    },
+    "learning rule": {
+        "abcd": hebbian.apply_abcd,
+        "covariance": hebbian.apply_covariance,
+        "crbp": learning.apply_complementary,
+        "evolved-abcd": hebbian.apply_abcd,
+        "evolved-modulated": hebbian.apply_modulated,
+        "hebb": hebbian.apply_hebb,
+        "imitation": learning.apply_imitation,
+        "modulated": hebbian.apply_modulated,
+        "postsynaptic": hebbian.apply_postsynaptic,
+        "prediction": learning.apply_prediction,
+        "presynaptic": hebbian.apply_presynaptic,
+        "random-prediction": learning.apply_random_prediction,
+        "random-targets": learning.apply_random_targets,
+        "reward": learning.apply_reward,
+        "self-taught": learning.apply_self_taught,
+        "supervised": learning.apply_supervised,
+    },
+    "world feature": {
+        "walls": bodies.compute_walls,
+    },
+    "selection": {
+        "best-copies": selection.choose_best_copies,
+        "expected-offspring": selection.choose_expected_offspring,
+        "fitness-sharing": selection.choose_fitness_sharing,
+        "larger-tournament": selection.choose_larger_tournament,
+        "lexicase": selection.choose_lexicase,
+        "mu-plus-lambda": selection.choose_mu_plus_lambda,
+        "mutant-fixation": selection.choose_mutant_fixation,
+        "neutral": selection.choose_neutral,
+        "outcrossing": selection.choose_outcrossing,
+        "rank": selection.choose_rank,
+        "roulette": selection.choose_roulette,
+        "species": neat.choose_parents,
+        "tournament": selection.choose_tournament,
+        "truncation": selection.choose_truncation,
+    },
+    "variation": {
+        "bit-flips": variation.breed_bit_flips,
+        "copy": variation.breed_copy,
+        "crossover": variation.breed_crossover,
+        "few-mutations": variation.breed_few_mutations,
+        "four-bit-weights": variation.breed_four_bit_weights,
+        "gaussian": variation.breed_gaussian,
+        "gene-pool": variation.breed_gene_pool,
+        "infinitesimal": variation.breed_infinitesimal,
+        "lattice-steps": variation.breed_lattice_steps,
+        "neat": neat.breed_children,
+        "one-point-alleles": variation.breed_one_point_of_alleles,
+        "one-point-bits": variation.breed_one_point_of_bits,
+        "one-point-crossover": variation.breed_one_point_crossover,
+        "one-point-of-units": variation.breed_one_point_of_units,
+        "self-adaptive": variation.breed_self_adaptive,
+    },
+    "inheritance": {
+        "darwinian": breeding.inherit_darwinian,
+        "social-heredity": breeding.inherit_social_heredity,
+    },
+    "fitness": {
+        "distance": breeding.evaluate_distance,
+        "early-food": breeding.evaluate_early_food,
+        "energy": breeding.evaluate_energy,
+        "novelty": breeding.evaluate_novelty,
+    },
+    "stop": {
+        "fixation": breeding.stop_at_fixation,
+        "stagnation": breeding.stop_at_stagnation,
+        "target-fitness": breeding.stop_at_target_fitness,
+    },
+}
 BUILT_IN_ORACLES: Final[Mapping[Any, Callable[..., Any]]] = {
-    ABCD: hebbian.apply_abcd,
-    BestCopies: selection.choose_best_copies,
-    BitFlips: variation.breed_bit_flips,
-    Compass: senses.compute_compass,
-    Complementary: learning.apply_complementary,
-    Continuous: bodies.move_continuous,
-    ContinuousTime: networks.compute_continuous_time,
-    Copy: variation.breed_copy,
-    Covariance: hebbian.apply_covariance,
-    Crossover: variation.breed_crossover,
-    Darwinian: inheritance.inherit_darwinian,
-    Distance: fitness.evaluate_distance,
-    EarlyFood: fitness.evaluate_early_food,
-    Energy: fitness.evaluate_energy,
-    EnergySense: senses.compute_energy_sense,
-    EvolvedABCD: hebbian.apply_abcd,
-    EvolvedModulated: hebbian.apply_modulated,
-    ExpectedOffspring: selection.choose_expected_offspring,
-    FeedForward: networks.compute_feed_forward,
-    FewMutations: variation.breed_few_mutations,
-    FitnessSharing: selection.choose_fitness_sharing,
-    Fixation: stop.stop_at_fixation,
-    FoodRays: senses.compute_food_rays,
-    FourBitWeights: variation.breed_four_bit_weights,
-    Gaussian: variation.breed_gaussian,
-    GenePool: variation.breed_gene_pool,
-    Grid: bodies.move_grid,
-    Hebb: hebbian.apply_hebb,
-    Imitation: learning.apply_imitation,
-    Infinitesimal: variation.breed_infinitesimal,
-    LargerTournament: selection.choose_larger_tournament,
-    LastAction: senses.compute_last_action,
-    LatticeSteps: variation.breed_lattice_steps,
-    Lexicase: selection.choose_lexicase,
-    Modulated: hebbian.apply_modulated,
-    MuPlusLambda: selection.choose_mu_plus_lambda,
-    MutantFixation: selection.choose_mutant_fixation,
-    Nearest: senses.compute_nearest,
-    Neat: neat.breed_children,
-    NeatNetwork: neat.compute_outputs,
-    Neighbours: senses.compute_neighbours,
-    Neutral: selection.choose_neutral,
-    Novelty: fitness.evaluate_novelty,
-    OnePointCrossover: variation.breed_one_point_crossover,
-    OnePointOfAlleles: variation.breed_one_point_of_alleles,
-    OnePointOfBits: variation.breed_one_point_of_bits,
-    OnePointOfUnits: variation.breed_one_point_of_units,
-    Outcrossing: selection.choose_outcrossing,
-    PatchSight: senses.compute_patch_sight,
-    Postsynaptic: hebbian.apply_postsynaptic,
-    Prediction: learning.apply_prediction,
-    Presynaptic: hebbian.apply_presynaptic,
-    RandomPrediction: learning.apply_random_prediction,
-    RandomTargets: learning.apply_random_targets,
-    Rank: selection.choose_rank,
-    Rays: senses.compute_rays,
-    Reward: learning.apply_reward,
-    Roulette: selection.choose_roulette,
-    SelfAdaptive: variation.breed_self_adaptive,
-    SelfTaught: learning.apply_self_taught,
-    Sight: senses.compute_sight,
-    SimpleRecurrent: networks.compute_simple_recurrent,
-    Smell: senses.compute_smell,
-    SocialHeredity: inheritance.inherit_social_heredity,
-    SpeciesInSight: senses.compute_species_in_sight,
-    SpeciesNearness: senses.compute_species_nearness,
-    SpeciesSelection: neat.choose_parents,
-    Stagnation: stop.stop_at_stagnation,
-    Stay: bodies.move_walker,
-    Supervised: learning.apply_supervised,
-    TargetFitness: stop.stop_at_target_fitness,
-    Touch: senses.compute_touch,
-    Tournament: selection.choose_tournament,
-    Truncation: selection.choose_truncation,
-    Walker: bodies.move_walker,
-    Walls: bodies.compute_walls,
+    registry.find_class(kind, name): oracle
+    for kind, oracles in _ORACLES.items()
+    for name, oracle in oracles.items()
 }
 
 

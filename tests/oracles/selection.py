@@ -79,21 +79,14 @@ def choose_larger_tournament(part: Any, generation: Any) -> Any:
 
 
 def choose_truncation(part: Any, generation: Any) -> Any:
-    order = sorted(
-        range(len(generation.fitness)),
-        key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][0]),
-    )
+    order = _sort_from_fittest(generation, tie=0)
     best = order[: max(1, len(order) // 2)]
     return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in generation.uniforms]
 
 
 def choose_best_copies(part: Any, generation: Any) -> Any:
-    fitness = generation.fitness
-    order = sorted(
-        range(len(fitness)), key=lambda agent: (-fitness[agent], generation.uniforms[agent][1][0])
-    )
-    n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
-    best = order[:n_best]
+    order = _sort_from_fittest(generation, tie=0)
+    best = order[: max(1, int(part.parent_share * len(order) + 0.5))]
     pairs = []
     for child, (draws, _) in enumerate(generation.uniforms):
         first_parent = second_parent = best[child % len(best)]
@@ -105,12 +98,8 @@ def choose_best_copies(part: Any, generation: Any) -> Any:
 
 def choose_mu_plus_lambda(part: Any, generation: Any) -> Any:
     n_agents = len(generation.fitness)
-    order = sorted(
-        range(n_agents),
-        key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][3]),
-    )
     mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
-    survivors = order[:mu]
+    survivors = _sort_from_fittest(generation, tie=3)[:mu]
     pairs = [[survivor, ITSELF] for survivor in survivors]
     for draws in generation.uniforms[mu:]:
         pairs.append([survivors[int(draw * mu)] for draw in draws[0][:2]])
@@ -179,6 +168,14 @@ def choose_mutant_fixation(part: Any, generation: Any) -> Any:
         winner = resident + int(generation.uniforms[resident][0][0] < probability)
         parents += [[winner, ITSELF], [winner, winner]]
     return [*parents, [len(fitness) - 1, ITSELF]] if len(fitness) % 2 else parents
+
+
+def _sort_from_fittest(generation: Any, tie: int) -> list[int]:
+    """Return the agents from the fittest on. Their random number `tie` orders equal agents."""
+    return sorted(
+        range(len(generation.fitness)),
+        key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][tie]),
+    )
 
 
 def _spin(shares: Any, uniforms: Any) -> list[list[int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
 
@@ -12,45 +12,34 @@ from baldwinlab.parts.breeding import ITSELF
 
 
 def breed_infinitesimal(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-    remaining_draws = iter(draws)
-    return [
-        [
-            (first_weight + second_weight) / 2
-            + part.mutation_size * NormalDist().inv_cdf(next(remaining_draws)[2])
-            for first_weight, second_weight in zip(first_module, second_module, strict=True)
-        ]
-        for first_module, second_module in zip(fitter, second, strict=True)
-    ]
+    noise = NormalDist()
+    return _vary_genes(
+        fitter,
+        second,
+        draws,
+        lambda a, b, draw: (a + b) / 2 + part.mutation_size * noise.inv_cdf(draw[2]),
+    )
 
 
 def breed_self_adaptive(
     part: Any, fitter: Any, second: Any, draws: Any, gate: float, genes: Mapping[str, float]
 ) -> Any:
     mutations = NormalDist(0, genes["step_size"])
-    remaining_draws = iter(draws)
-    child: list[list[float]] = []
-    for fitter_module, second_module in zip(fitter, second, strict=True):
-        child.append([])
-        for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
-            coin, quantile, _, _ = next(remaining_draws)
-            inherited = fitter_weight if coin < 0.5 else second_weight
-            child[-1].append(inherited + mutations.inv_cdf(quantile))
-    return child
+    return _vary_genes(
+        fitter,
+        second,
+        draws,
+        lambda a, b, draw: (a if draw[0] < 0.5 else b) + mutations.inv_cdf(draw[1]),
+    )
 
 
 def breed_crossover(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-    # A row of random numbers for each weight of all modules.
-    remaining_draws = iter(draws)
-    child: list[list[float]] = []
-    for fitter_module, second_module in zip(fitter, second, strict=True):
-        child.append([])
-        for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
-            coin, weight_gate, size_draw, _ = next(remaining_draws)
-            inherited = fitter_weight if coin < 0.5 else second_weight
-            is_mutated = (gate if part.mutation_gate else weight_gate) < part.mutation_rate
-            mutation = part.mutation_size * (2 * size_draw - 1) if is_mutated else 0.0
-            child[-1].append(inherited + mutation)
-    return child
+    return _vary_genes(
+        fitter,
+        second,
+        draws,
+        lambda a, b, draw: _mutate(part, a if draw[0] < 0.5 else b, draw, gate),
+    )
 
 
 def breed_gaussian(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
@@ -60,14 +49,9 @@ def breed_gaussian(part: Any, fitter: Any, second: Any, draws: Any, gate: float)
         has_effect = is_mutated and part.mutation_size > 0
         return NormalDist(0, part.mutation_size).inv_cdf(draw[2]) if has_effect else 0.0
 
-    remaining_draws = iter(draws)
-    child: list[list[float]] = [[] for _ in fitter]
-    for module, weights in enumerate(fitter):
-        for weight in range(len(weights)):
-            draw = next(remaining_draws)
-            parent = fitter if draw[0] < 0.5 else second
-            child[module].append(parent[module][weight] + draw_mutation(draw))
-    return child
+    return _vary_genes(
+        fitter, second, draws, lambda a, b, draw: (a if draw[0] < 0.5 else b) + draw_mutation(draw)
+    )
 
 
 def breed_one_point_crossover(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
@@ -84,15 +68,15 @@ def breed_gene_pool(part: Any, genome: Any, fitness: Any, parents: Any, draws: A
     pool = []
     for first, second in parents:
         pool += [first, first if second == ITSELF else second]
+    flat_genomes = [_flatten(modules) for modules in genome]
 
     def make_child(child_draws: Any) -> Any:
-        remaining_draws = iter(child_draws)
-        child: list[list[float]] = [[] for _ in genome[0]]
-        for module, weights in enumerate(genome[0]):
-            for weight in range(len(weights)):
-                draw = next(remaining_draws)
-                child[module].append(_draw_from_pool(part, genome, pool, module, weight, draw))
-        return child
+        child = []
+        for number, draw in zip(range(len(flat_genomes[0])), child_draws, strict=False):
+            inherited = flat_genomes[pool[int(draw[0] * len(pool))]][number]
+            is_mutated = draw[1] < part.mutation_rate
+            child.append(inherited + part.mutation_size * (2 * draw[2] - 1) * is_mutated)
+        return _split_modules(child, len(genome[0][0]))
 
     return [
         genome[first] if second == ITSELF else make_child(child_draws)
@@ -165,11 +149,7 @@ def breed_one_point_of_alleles(part: Any, fitter: Any, second: Any, draws: Any, 
 
 
 def breed_lattice_steps(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-    remaining_draws = iter(draws)
-    return [
-        [gene + (1 if next(remaining_draws)[0] < 0.5 else -1) for gene in module]
-        for module in fitter
-    ]
+    return _vary_genes(fitter, second, draws, lambda a, b, draw: a + (1 if draw[0] < 0.5 else -1))
 
 
 def breed_one_point_of_bits(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
@@ -182,12 +162,11 @@ def breed_one_point_of_bits(part: Any, fitter: Any, second: Any, draws: Any, gat
 
 
 def breed_bit_flips(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-    parent = fitter if gate < 0.5 else second
-    remaining_draws = iter(draws)
-    return [
-        [1 - bit if next(remaining_draws)[1] < part.mutation_rate else bit for bit in module]
-        for module in parent
-    ]
+    def flip(a: float, b: float, draw: Any) -> float:
+        bit = a if gate < 0.5 else b
+        return 1 - bit if draw[1] < part.mutation_rate else bit
+
+    return _vary_genes(fitter, second, draws, flip)
 
 
 def _cross_at_point(
@@ -199,14 +178,25 @@ def _cross_at_point(
     return [*first[:cut], *second[cut:]]
 
 
+def _mutate(part: Any, weight: float, draw: Any, gate: float) -> float:
+    """Mutate a weight uniformly, if its random number or that of the child permits it."""
+    is_mutated = (gate if part.mutation_gate else draw[1]) < part.mutation_rate
+    return float(weight + (part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0))
+
+
 def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
     """Mutate a list of weights uniformly and split it into modules."""
-    child = []
-    for weight, draw in zip(weights, draws, strict=True):
-        is_mutated = (gate if part.mutation_gate else draw[1]) < part.mutation_rate
-        mutation = part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0
-        child.append(weight + mutation)
-    return _split_modules(child, length)
+    mutated = [
+        _mutate(part, weight, draw, gate) for weight, draw in zip(weights, draws, strict=True)
+    ]
+    return _split_modules(mutated, length)
+
+
+def _vary_genes(fitter: Any, second: Any, draws: Any, vary_gene: Callable[..., float]) -> Any:
+    """Return a child whose genes follow from the genes of the parents and a row of `draws` each."""
+    pairs = zip(_flatten(fitter), _flatten(second), strict=True)
+    child = [vary_gene(a, b, draw) for (a, b), draw in zip(pairs, draws, strict=False)]
+    return _split_modules(child, len(fitter[0]))
 
 
 def _split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
@@ -217,14 +207,3 @@ def _split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
 def _flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
     """Return the genes of all modules of a genome as one list."""
     return [gene for module in genome for gene in module]
-
-
-def _draw_from_pool(
-    part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any
-) -> float:
-    """Return a weight of a child: inherited from a random parent and mutated."""
-    parent = pool[int(draw[0] * len(pool))]
-    inherited = genome[parent][module][weight]
-    is_mutated = draw[1] < part.mutation_rate
-    mutation = part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0
-    return float(inherited + mutation)

@@ -3,38 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.parts import Field, Gene, Selection, Variation, WorldFeature, per_agent
 from baldwinlab.parts.learning_rules import LearningRule
 from tests.worlds import make_small_experiment
 
+DOUBLING = Gene(initial=1, low=0.5, high=2)
 
-@pytest.fixture
-def declare() -> Any:
-    """Return a function that declares a part with genes, and remove the parts at the end."""
-    parts: list[Any] = []
 
-    def declare_part(kind: Any, genes: Any, **attributes: Any) -> Any:
-        part = type("Part", (kind,), {"genes": genes, **attributes}, name="part-with-genes")
-        parts.append(part)
-        return part
-
-    yield declare_part
-    for part in parts:
-        registry.remove(part.kind, part.name)
+def declare(kind: Any, genes: Any, **attributes: Any) -> None:
+    """Declare a part with genes."""
+    type("Part", (kind,), {"genes": genes, **attributes}, name="part-with-genes")
 
 
 def choose(field: str) -> Experiment:
     table, name = field.split(".")
     return make_small_experiment("evo", **{table: {name: "part-with-genes"}})
-
-
-Declare = Callable[..., Any]
 
 
 @pytest.mark.parametrize(
@@ -58,9 +46,7 @@ def test_a_gene_with_an_invalid_number_is_refused_in_one_sentence(
     assert str(refused.value).startswith(f"gene: {message}")
 
 
-def test_a_setting_that_gives_an_initial_value_outside_the_range_is_refused(
-    declare: Declare,
-) -> None:
+def test_a_setting_that_gives_an_initial_value_outside_the_range_is_refused() -> None:
     gene = Gene(initial="start", low=1, high=2)
     start = Field(5.0, ge=0, le=10, description="Initial value.")
     declare(Variation, {"size": gene}, __annotations__={"start": float}, start=start)
@@ -72,53 +58,51 @@ def test_a_setting_that_gives_an_initial_value_outside_the_range_is_refused(
     )
 
 
-def test_the_default_size_of_a_log_normal_mutation_follows_from_the_number_of_weights(
-    declare: Declare,
-) -> None:
-    declare(Variation, {"size": Gene(initial=1, low=0.5, high=2)})
-    experiment = choose("evolution.variation")
-    assert experiment.genes["size"].size == 1 / math.sqrt(2 * experiment.weight_count)
-
-
-def test_genes_lengthen_the_genome_and_are_in_the_order_of_their_names(declare: Declare) -> None:
-    gene = Gene(initial=1, low=0.5, high=2)
-    declare(Variation, {"second": gene, "first": gene})
+def test_genes_lengthen_the_genome_and_are_in_the_order_of_their_names() -> None:
+    declare(Variation, {"second": DOUBLING, "first": DOUBLING})
     experiment = choose("evolution.variation")
     weights = experiment.weight_count
     assert experiment.genome_length == weights + 2
     assert experiment.gene_names == ("first", "second")
     assert experiment.gene_index("second") == weights + 1
+    # The default size of a log-normal mutation follows from the number of weights.
+    assert experiment.genes["first"].size == 1 / math.sqrt(2 * weights)
 
 
-def test_genes_of_the_learning_rule_are_the_last_ones_and_end_with_learning(
-    declare: Declare,
-) -> None:
-    gene = Gene(initial=1, low=0.5, high=2)
-    declare(LearningRule, {"decay": gene})
+def test_genes_of_the_learning_rule_are_the_last_ones_and_end_with_learning() -> None:
+    declare(LearningRule, {"decay": DOUBLING})
     experiment = choose("learning.rule").replace(evolution={"variation": "self-adaptive"})
     assert experiment.gene_names == ("step_size", "decay")
     assert experiment.without_learning().gene_names == ("step_size",)
 
 
-def test_two_parts_with_a_gene_of_the_same_name_are_refused(declare: Declare) -> None:
-    declare(LearningRule, {"step_size": Gene(initial=1, low=0.5, high=2)})
+@pytest.mark.parametrize(
+    ("kind", "genes", "attributes", "message"),
+    [
+        (
+            LearningRule,
+            {"decay": DOUBLING},
+            {"arrays": {"decay": per_agent("weights")}},
+            "'decay' must be an unused name",
+        ),
+        (Variation, {"size": 3}, {}, "'size' must be a Gene, not 3"),
+    ],
+)
+def test_an_invalid_declaration_is_refused(
+    kind: Any, genes: Any, attributes: Any, message: str
+) -> None:
+    with pytest.raises(TypeError, match=message):
+        declare(kind, genes, **attributes)
+
+
+def test_two_parts_with_a_gene_of_the_same_name_are_refused() -> None:
+    declare(LearningRule, {"step_size": DOUBLING})
     with pytest.raises(ExperimentError, match="gene 'step_size', which another part also has"):
         choose("learning.rule").replace(evolution={"variation": "self-adaptive"})
 
 
-def test_a_gene_with_the_name_of_another_field_is_refused(declare: Declare) -> None:
-    gene = Gene(initial=1, low=0.5, high=2)
-    with pytest.raises(TypeError, match="'decay' must be an unused name"):
-        declare(LearningRule, {"decay": gene}, arrays={"decay": per_agent("weights")})
-
-
-def test_a_gene_that_is_a_number_is_refused(declare: Declare) -> None:
-    with pytest.raises(TypeError, match="'size' must be a Gene, not 3"):
-        declare(Variation, {"size": 3})
-
-
-def test_genomes_that_are_graphs_cannot_hold_genes(declare: Declare) -> None:
-    declare(WorldFeature, {"decay": Gene(initial=1, low=0.5, high=2)})
+def test_genomes_that_are_graphs_cannot_hold_genes() -> None:
+    declare(WorldFeature, {"decay": DOUBLING})
     evolution = {"variation": "neat", "selection": "species"}
     network = {"kind": "neat", "hidden": [40]}
     with pytest.raises(ExperimentError, match="has graphs as genomes, which cannot hold genes"):
@@ -127,7 +111,7 @@ def test_genomes_that_are_graphs_cannot_hold_genes(declare: Declare) -> None:
         )
 
 
-def test_a_selection_with_genes_has_no_neutral_control(declare: Declare) -> None:
-    declare(Selection, {"preference": Gene(initial=1, low=0.5, high=2)})
+def test_a_selection_with_genes_has_no_neutral_control() -> None:
+    declare(Selection, {"preference": DOUBLING})
     with pytest.raises(ExperimentError, match="has genes, which 'neutral' does not have"):
         choose("evolution.selection").neutral_control()

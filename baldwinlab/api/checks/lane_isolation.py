@@ -20,9 +20,9 @@ from baldwinlab.models.miniworld.allocation import list_parts
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
+from baldwinlab.parts.learning_rules import Synapse
 from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import overridden_hooks
-from baldwinlab.parts.synapses import Synapse
 
 TESTED_AGENT: Final = 2
 """Number of the agent for which the hooks run."""

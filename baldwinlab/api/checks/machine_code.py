@@ -33,9 +33,9 @@ from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.learning_rules import Synapse
 from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
-from baldwinlab.parts.synapses import Synapse
 from baldwinlab.parts.world_features import LineOfSight
 from baldwinlab.simulation.simulate import simulate_batch
 

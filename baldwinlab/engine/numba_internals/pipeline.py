@@ -1,18 +1,109 @@
-"""The passes of a compilation, and its results."""
+"""The passes of a compilation, its results, and the optimization and linking of their code.
+
+An entry is optimized by all of LLVM's passes. Loops are unrolled only where a caller allows it:
+most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without
+unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same bits. Other models have long loops
+and would take up to 1.16 of the time.
+"""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
-from typing import Any
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, Final
 
+from llvmlite import binding as llvm
+from numba import config
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler import CompileResult as CompileResult
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.typing import signature
 
-from baldwinlab.engine.numba_internals.libraries import EntryLibrary, Library
+UNROLLING: Final = ContextVar("unrolling", default=True)
+"""Whether loops are unrolled in the functions that this thread compiles."""
+
+
+@contextmanager
+def unrolling(is_allowed: bool) -> Iterator[None]:
+    """Allow or forbid the unrolling of loops in compilations within the block."""
+    token = UNROLLING.set(is_allowed)
+    try:
+        yield
+    finally:
+        UNROLLING.reset(token)
+
+
+def make_pass_builder(machine: Any, level: int) -> Any:
+    """Return a builder of LLVM's passes for a target machine, at optimization level 0 to 3."""
+    options = llvm.create_pipeline_tuning_options(level)
+    options.loop_unrolling = UNROLLING.get()
+    return llvm.create_pass_builder(machine, options)
+
+
+class Library(JITCodeLibrary):  # type: ignore[misc]
+    """The code of a function, optimized with or without unrolled loops."""
+
+    def _pass_builder(self) -> Any:
+        return make_pass_builder(self._codegen._tm, int(config.OPT))
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            builder = self._pass_builder()
+            builder.getFunctionPassManager().run(function, builder)
+
+    def _optimize_final_module(self) -> None:
+        builder = self._pass_builder()
+        builder.getModulePassManager().run(self._final_module, builder)
+
+    def finish_lowering(self, state: Any) -> None:
+        """Handle the end of the lowering of a function, which `state` describes."""
+
+
+class EntryLibrary(Library):
+    """The code of an entry, which can be stored and loaded."""
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self.enable_object_caching()
+
+
+class LinkedLibrary(Library):
+    """The code of a function that is linked into its callers and has no machine code itself."""
+
+    def _optimize_final_module(self) -> None:
+        """Run the cheap passes; the caller's passes follow.
+
+        Without the cheap passes, a lifetime without learning takes 6 % longer.
+        """
+        passes, builder = self._codegen._module_pass_manager(opt=0, cost="cheap")
+        passes.run(self._final_module, builder)
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: no function has an address."""
+        self._ensure_finalized()
+        return 0
+
+    @property
+    def codegen(self) -> LinkedLibrary:
+        """Return an object with `set_env`, the only attribute that Numba uses here."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Ignore the environment: only machine code has one."""
+
+    @property
+    def linked_libraries(self) -> list[Any]:
+        """The libraries of the functions that this function calls."""
+        return self._linking_libraries  # type: ignore[no-any-return]
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

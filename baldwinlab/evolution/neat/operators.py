@@ -43,7 +43,7 @@ from baldwinlab.evolution.neat.species import (
     species_status,
 )
 from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
-from baldwinlab.evolution.sorting import Order, sort_by
+from baldwinlab.evolution.selection import Order, sort_by
 from baldwinlab.parts import Brood, Field, Generation, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
@@ -262,10 +262,7 @@ class Neat(Variation, name="neat"):
         ),
     )
     excess_coefficient: float = Field(
-        1.0,
-        ge=0,
-        le=1000,
-        description="Distance coefficient c1, of excess genes.",
+        1.0, ge=0, le=1000, description="Distance coefficient c1, of excess genes."
     )
     disjoint_coefficient: float = Field(
         1.0, ge=0, le=1000, description="Distance coefficient c2, of disjoint genes."

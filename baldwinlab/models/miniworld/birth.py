@@ -23,7 +23,7 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.breeding import breeding_part, copy_genome
 from baldwinlab.parts.genes import load_part_genes
 from baldwinlab.parts.learning_rules import init_agent, load_genes
-from baldwinlab.parts.records import clear_part_records
+from baldwinlab.parts.part import clear_part_records
 from baldwinlab.parts.variation import Mating, vary
 from baldwinlab.parts.world_features import init_world
 

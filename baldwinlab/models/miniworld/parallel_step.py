@@ -12,10 +12,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.atomics import Team, atomic_max, share_of_thread, wait_for_team
+from baldwinlab.engine.atomics import Team, atomic_max, prefetch, share_of_thread, wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook, make_part_type
-from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import HALF, WIDTH, ZERO, Lane, get, lanes_in_block, put, simd_block
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features

@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.evolution import GenerationKey, Genome
-from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.evolution.breeding import make_single_mutants
 from baldwinlab.evolution.neat.operators import genome_part
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays import (

@@ -15,7 +15,7 @@ from baldwinlab.evolution.neat.genome import (
     POPULATION_STALE,
     SPECIES,
 )
-from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION, distance
+from baldwinlab.evolution.neat.species import distance
 from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.parts.lifetimes import make_lifetimes
 from tests.evolution.neat.grown import (
@@ -55,12 +55,6 @@ def count_children(parents: Parents, genome: Genome) -> dict[int, int]:
     return dict(zip(species.astype(int).tolist(), counts.tolist(), strict=True))
 
 
-def test_networks_of_equal_structure_have_the_mean_difference_of_weights_as_distance() -> None:
-    assert distance(NEAT, first_network((1, 2, 3)), first_network((2, 0, 3))) == pytest.approx(
-        0.4 * (1 + 2 + 0) / 3
-    )
-
-
 def test_the_distance_of_small_networks_counts_disjoint_and_excess_genes() -> None:
     first = make_network((4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1))
     second = make_network((4, 0, 3, 1, 1), (5, 1, 3, 2, 0), (6, 2, 3, 5, 1))
@@ -73,23 +67,8 @@ def test_the_distance_of_small_networks_counts_disjoint_and_excess_genes() -> No
     assert distance(coefficients, second, first) == expected
 
 
-def test_the_distance_of_large_networks_is_relative_to_the_number_of_genes() -> None:
-    from baldwinlab.evolution.neat.genome import HEAD_SIZE, count_entries
-
-    def large(links: int) -> Any:
-        graph = np.zeros(count_entries(30), np.float32)
-        graph[:HEAD_SIZE] = first_network()[:HEAD_SIZE]
-        for link in range(links):
-            graph[HEAD_SIZE + 5 * link : HEAD_SIZE + 5 * link + 5] = 4 + link, 0, 3, 1, 1
-        return graph
-
-    assert distance(NEAT, large(MIN_LINKS_FOR_DIVISION - 1), large(MIN_LINKS_FOR_DIVISION - 3)) == 2
-    assert distance(
-        NEAT, large(MIN_LINKS_FOR_DIVISION), large(MIN_LINKS_FOR_DIVISION - 3)
-    ) == pytest.approx(3 / MIN_LINKS_FOR_DIVISION)
-
-
 def test_distances_equal_the_oracle() -> None:
+    """Most of these networks are so large that the distance is relative to the number of genes."""
     for first, second in pairwise(evolved(40)[:, 0]):
         assert distance(NEAT, first, second) == pytest.approx(
             oracle.distance(NEAT, genes_of(first), genes_of(second)), abs=1e-6

@@ -7,7 +7,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
-from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.evolution.breeding import make_single_mutants
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.canalization import count_mutants
 from baldwinlab.studies.assays.catalog import get_assay

@@ -111,7 +111,7 @@ export class Run {
     if (error) throw new Error(error((path) => lookUp(this.experiment, path)));
   }
 
-  /** Check genomes as evolution/finite.py. Genomes of graphs may contain minus infinity. */
+  /** Check genomes as evolution/genes.py. Genomes of graphs may contain minus infinity. */
   requireFinite() {
     const index = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
     if (index < 0) return;

@@ -32,8 +32,12 @@ from baldwinlab.evolution.fitness import add_change_cost, sum_region_energy
 from baldwinlab.evolution.founders import draw_normal
 from baldwinlab.evolution.inheritance import inherit_all, permute_teachers, remap_parents
 from baldwinlab.evolution.rng_key import GenerationKey
-from baldwinlab.evolution.selection import find_invalid_fitness, has_invalid_parent, select_parents
-from baldwinlab.evolution.sorting import sort_by
+from baldwinlab.evolution.selection import (
+    find_invalid_fitness,
+    has_invalid_parent,
+    select_parents,
+    sort_by,
+)
 from baldwinlab.models.miniworld.backends.browser_arguments import (
     COUNT_COLUMN,
     ENERGY_COLUMN,
@@ -50,7 +54,7 @@ from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.grid import compute_alert_radius, compute_grid_shape, count_images
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
-from baldwinlab.parts.fitness import evaluate
+from baldwinlab.parts.breeding import evaluate
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.parts.selection import Generation

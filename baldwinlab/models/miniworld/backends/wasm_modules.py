@@ -15,9 +15,8 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.engine import cache, wasm
 from baldwinlab.engine.compile_errors import compile_error
-from baldwinlab.engine.fingerprint import fingerprint
+from baldwinlab.engine.fingerprint import fingerprint, parse_source
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
-from baldwinlab.engine.sources import parse_source
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout

@@ -29,8 +29,7 @@ import numpy as np
 from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, SELECTION
 from baldwinlab.engine.simd import ZERO
-from baldwinlab.evolution.neutral_selection import is_neutral_control
-from baldwinlab.evolution.roulette_wheel import find_first_above
+from baldwinlab.evolution.proportional_selection import find_first_above, is_neutral_control
 from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
 from baldwinlab.models.miniworld.population import agent_number, is_alive, newborn_number
 from baldwinlab.models.miniworld.regions import ENERGY_VALUES, energy_in_life

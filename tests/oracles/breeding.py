@@ -1,9 +1,11 @@
-"""Oracles in plain Python: fitness functions."""
+"""Oracles in plain Python: fitness functions, inheritance, and rules that stop a run."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
+
+from baldwinlab.parts.lifetimes import Lifetimes
 
 
 def evaluate_energy(part: Any, lifetimes: Any) -> Any:
@@ -43,3 +45,32 @@ def evaluate_novelty(part: Any, lifetimes: Any) -> Any:
         nearest = distances[: part.neighbors]
         novelties.append(sum(nearest) / max(1, len(nearest)))
     return novelties
+
+
+def inherit_darwinian(part: Any, innate_genome: Any, learned: Any) -> Any:
+    innate_weights = innate_genome[0][: len(learned)]
+    return [
+        innate_weight + part.share * (learned_weight - innate_weight)
+        for innate_weight, learned_weight in zip(innate_weights, learned, strict=True)
+    ]
+
+
+def inherit_social_heredity(part: Any, innate_genome: Any, learned: Any) -> Any:
+    return inherit_darwinian(part, innate_genome, learned), learned
+
+
+def stop_at_target_fitness(part: Any, lifetimes: Lifetimes, fitness: Any) -> Any:
+    *_, last_fitness = fitness
+    mean = sum(last_fitness) / len(last_fitness)
+    return (mean if part.is_mean else max(last_fitness)) >= part.threshold
+
+
+def stop_at_stagnation(part: Any, lifetimes: Any, fitness: Any) -> Any:
+    values = [sum(row) / len(row) if part.is_mean else max(row) for row in fitness]
+    first_of_largest = values.index(max(values))
+    return len(values) - 1 - first_of_largest >= part.generations
+
+
+def stop_at_fixation(part: Any, lifetimes: Any, fitness: Any) -> Any:
+    *_, last_lifetimes = lifetimes
+    return len(set(last_lifetimes.species)) == 1

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from baldwinlab.engine import fingerprint, sources
+from baldwinlab.engine import fingerprint
 from baldwinlab.engine.jit import cached_jit
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.allocation import list_hooks, make_state
 from baldwinlab.models.miniworld.step import simulate_simultaneous
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 SOURCE = '''"""Module."""
@@ -45,7 +44,7 @@ def scale(value: float, name: str) -> str:
 
 
 def hash_source(text: str) -> str:
-    return sources.parse_source("example", text.encode()).code
+    return fingerprint.parse_source("example", text.encode()).code
 
 
 def test_comments_docstrings_and_blank_lines_are_no_code() -> None:
@@ -80,7 +79,7 @@ def test_a_hash_is_the_same_for_all_versions_of_python() -> None:
 
 
 def test_the_imports_are_modules_with_compiled_code_and_their_packages() -> None:
-    assert sources.parse_source("example", SOURCE.encode()).imports == (
+    assert fingerprint.parse_source("example", SOURCE.encode()).imports == (
         "baldwinlab.engine",
         "baldwinlab.engine.rng",
         "baldwinlab.parts",
@@ -93,7 +92,7 @@ def list_functions(experiment: Experiment) -> tuple[Any, ...]:
 
 
 def list_compiled_modules(experiment: Experiment) -> set[str]:
-    return {*sources.read_sources(fingerprint.list_modules(list_functions(experiment)))}
+    return {*fingerprint.read_sources(fingerprint.list_modules(list_functions(experiment)))}
 
 
 def test_an_entry_point_depends_on_its_parts_and_on_no_other_parts() -> None:
@@ -103,7 +102,7 @@ def test_an_entry_point_depends_on_its_parts_and_on_no_other_parts() -> None:
         make_small_experiment("evo", learning={"rule": "hebb"}, **settings)
     )
     evo = list_compiled_modules(make_small_experiment("evo"))
-    assert {f"{learning}.hebbian", f"{learning}.control", "baldwinlab.parts.synapses"} <= hebb
+    assert {f"{learning}.hebbian", f"{learning}.control", "baldwinlab.parts.learning_rules"} <= hebb
     assert "baldwinlab.models.miniworld.senses.real_valued" in hebb
     assert "baldwinlab.models.miniworld.features.food" in hebb
     assert {"baldwinlab.engine.simd", "baldwinlab.models.miniworld.state"} <= evo
@@ -113,18 +112,17 @@ def test_an_entry_point_depends_on_its_parts_and_on_no_other_parts() -> None:
 
 def test_a_part_within_a_part_is_in_the_modules() -> None:
     features = {"features": ["births-and-deaths"]}
-    assert "baldwinlab.evolution.variation" in fingerprint.list_modules(
+    assert "baldwinlab.evolution.variation_operators" in fingerprint.list_modules(
         list_functions(make_small_experiment("evo", world=features))
     )
 
 
 def test_the_followed_imports_contain_all_modules_that_python_loads() -> None:
     module = "baldwinlab.models.miniworld.backends.cpu"
-    code = f"import sys, {module}; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = {name for name in done.stdout.split() if sources.find_module(name)}
+    done = run_python(f"import sys, {module}; print(*sys.modules)")
+    loaded = {name for name in done.stdout.split() if fingerprint.find_module(name)}
     assert module in loaded
-    assert loaded <= {*sources.read_sources([module])}
+    assert loaded <= {*fingerprint.read_sources([module])}
 
 
 def test_functions_of_the_package_have_different_names() -> None:
@@ -145,10 +143,10 @@ def test_functions_of_the_package_have_different_names() -> None:
 def test_stored_sources_are_those_of_the_bytes_of_a_file(tmp_path: Path) -> None:
     stored = tmp_path / "sources.json"
     names = ["baldwinlab.models.nk_climbers"]
-    computed = sources.read_sources(names)
-    assert sources.read_sources(names, stored) == computed
+    computed = fingerprint.read_sources(names)
+    assert fingerprint.read_sources(names, stored) == computed
     assert "baldwinlab.models.nk_climbers" in stored.read_text()
-    assert sources.read_sources(names, stored) == computed
+    assert fingerprint.read_sources(names, stored) == computed
     stored.write_text("no JSON")
-    sources._read_known.cache_clear()
-    assert sources.read_sources(names, stored) == computed
+    fingerprint._read_known.cache_clear()
+    assert fingerprint.read_sources(names, stored) == computed

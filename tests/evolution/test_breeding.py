@@ -1,14 +1,18 @@
-"""Single mutants have one mutation each, by the law of the variation."""
+"""Founders and children of a generation, and single mutants."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import kstest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution.breeding import make_single_mutants
 from baldwinlab.experiment import BaseExperiment
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.simulate import simulate
+from tests.worlds import make_small_experiment
 
 CONDITIONS = [
     "evo+self-taught/A",
@@ -21,6 +25,40 @@ CONDITIONS = [
     "suzuki-arita-2004:meta-pavlov",
 ]
 KEY = GenerationKey(seed=1, run=0, generation=7)
+
+
+def test_initial_weights_are_standard_normal_and_independent_between_modules() -> None:
+    experiment = load("evo+self-taught/A").replace(population={"size": 300})
+    genome = draw_genomes(experiment, GenerationKey(1, 2, 0))
+    assert genome.shape == (300, 2, 60)
+    for module in range(2):
+        assert kstest(genome[:, module].ravel(), "norm").pvalue > 0.001
+        assert kstest(genome[:, module].mean(axis=0) * np.sqrt(300), "norm").pvalue > 0.001
+        assert kstest(genome[:, module].mean(axis=1) * np.sqrt(60), "norm").pvalue > 0.001
+    assert abs(np.corrcoef(genome[:, 0].ravel(), genome[:, 1].ravel())[0, 1]) < 4 / np.sqrt(
+        genome[:, 0].size
+    )
+
+
+def test_a_generation_is_bred_from_the_genomes_and_energy_of_the_previous_generation() -> None:
+    experiment = make_small_experiment(
+        "evo+self-taught",
+        world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]},
+    )
+    result = simulate(experiment, seed=3, run=4)
+    genome = result["genome"].values
+    energy = result["energy"].values
+    assert (result["parents"].values[0] == -1).all()
+    assert (energy == 2.5 * result["food_eaten"].values).all()
+    for generation in (1, 2):
+        children, parents = breed(
+            experiment,
+            genome[generation - 1],
+            energy[generation - 1],
+            GenerationKey(3, 4, generation),
+        )
+        np.testing.assert_array_equal(children, genome[generation])
+        np.testing.assert_array_equal(parents, result["parents"].values[generation])
 
 
 def population(condition: str, size: int = 200) -> tuple[BaseExperiment, np.ndarray]:
