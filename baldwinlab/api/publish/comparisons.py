@@ -59,12 +59,12 @@ def are_compared(sweep: Sweep, points: int) -> bool:
     return points <= MAX_COMPARED_POINTS and not is_sample
 
 
-def describe_too_few_runs(sweep: Sweep, points: int, instruction: str = SWEEP_INSTRUCTION) -> str:
+def describe_too_few_runs(sweep: Sweep, points: int) -> str:
     """Return sentences if the planned runs are too few to compare the points, else ""."""
     if not are_compared(sweep, points):
         return ""
     factors = {str(point): Factors() for point in range(points)}
-    return describe_planned(factors, sweep.runs, instruction)
+    return describe_planned(factors, sweep.runs, SWEEP_INSTRUCTION)
 
 
 def describe_planned(
@@ -78,21 +78,6 @@ def has_comparisons(study: StudyStore) -> bool:
     """Return whether the report of a stored sweep compares its points."""
     path = study.directory / SWEEP_FILE_NAME
     return path.exists() and are_compared(read_sweep(path), len(study.experiments))
-
-
-def _compare_points(
-    study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
-) -> Contrasts:
-    """Compare the points of a sweep, whose measures are [condition, run]."""
-    titles = name_points(study)
-    names = [titles[str(name)] for name in finals["condition"].values]
-    contrasts = compare_final_values(
-        finals.assign_coords(condition=names),
-        dict.fromkeys(names, Factors()),
-        last,
-        titles.get(baseline, ""),
-    )
-    return replace(contrasts, instruction=SWEEP_INSTRUCTION)
 
 
 def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
@@ -109,10 +94,19 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
 def compare_finals(
     study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
 ) -> Contrasts:
-    """Compare the conditions, or the points of a sweep."""
+    """Compare the conditions, or the points of a sweep, whose measures are [condition, run].
+
+    `baseline`: condition with which all others are compared, or "" for the default.
+    """
+    names = finals["condition"].values.tolist()
     if study.kind == SWEEP:
-        return _compare_points(study, finals, last, baseline)
-    factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
+        titles = name_points(study)
+        names = [titles[name] for name in names]
+        factors = dict.fromkeys(names, Factors())
+        finals = finals.assign_coords(condition=names)
+        baseline = titles.get(baseline, "")
+    else:
+        factors = {name: study.factors[name] for name in names}
     contrasts = compare_final_values(finals, factors, last, baseline)
     return replace(contrasts, instruction=instruction_of(study))
 
