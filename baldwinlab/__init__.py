@@ -25,9 +25,8 @@ if TYPE_CHECKING:
     from baldwinlab.api.load import load
     from baldwinlab.api.replay import replay
     from baldwinlab.api.reproduce import reproduce
-    from baldwinlab.api.run import run
+    from baldwinlab.api.run import run, sweep
     from baldwinlab.api.study import Study, open_study
-    from baldwinlab.api.sweep import sweep
     from baldwinlab.core.errors import (
         ArgumentError,
         BaldwinLabError,
@@ -95,7 +94,7 @@ _MODULE_BY_NAME = {
     "run": "api.run",
     "simulate": "simulation.simulate",
     "single_env": "api.integrations.gymnasium",
-    "sweep": "api.sweep",
+    "sweep": "api.run",
     "vector_env": "api.integrations.gymnasium",
 }
 

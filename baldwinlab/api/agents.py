@@ -112,10 +112,7 @@ class AgentNetwork:
 def read_genomes(
     study: StudyStore, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
 ) -> xr.DataArray:
-    """Return the genomes of a generation, for `baldwinlab.api.study.Study.genomes`.
-
-    `agent`: number of an agent, or several numbers; None for all agents.
-    """
+    """Return the genomes of all agents or of some, for `baldwinlab.api.study.Study.genomes`."""
     experiment = study.experiment(condition)
     require_generation(experiment, generation)
     for agent_index in _list_agents(agent):
@@ -141,10 +138,7 @@ def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
 def make_network(
     study: StudyStore, condition: str, run: int, generation: int, agent: int, *, module: str
 ) -> AgentNetwork:
-    """Return the network of an agent at birth, for `baldwinlab.api.study.Study.network`.
-
-    `module`: "action" or "reinforcement".
-    """
+    """Return a network of an agent at birth, for `baldwinlab.api.study.Study.network`."""
     experiment = _require_forager(study.experiment(condition))
     require_generation(experiment, generation)
     require_whole_number("agent", agent, experiment.population.size - 1)

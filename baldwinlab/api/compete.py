@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from baldwinlab.api.frozen_genomes import (
+from baldwinlab.api.freezer import (
     choose_experiment,
     place_on_map,
     read_genome_file,
@@ -117,8 +117,7 @@ def compete(
     # A genome has the modules of all generations.
     layout = assign(place_on_map(chosen, map), assignments)
     setting = assign(place_on_map(setting, map), assignments)
-    _require_halves(setting)
-    _require_constant_settings(setting)
+    _require_competition(setting)
     require_fitness_without_archive(setting, "a competition")
     genomes_a = _list_genomes(stored_a, path_a, layout)
     genomes_b = _list_genomes(stored_b, path_b, layout)
@@ -143,7 +142,8 @@ def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path
             )
 
 
-def _require_halves(experiment: BaseExperiment) -> None:
+def _require_competition(experiment: BaseExperiment) -> None:
+    """Raise RefusedError for an experiment whose agents cannot be two competitors."""
     size = experiment.population.size
     if size % 2:
         raise RefusedError(
@@ -159,9 +159,6 @@ def _require_halves(experiment: BaseExperiment) -> None:
             f"{experiment.name} has births during life, so that an agent does not belong to one "
             "competitor; choose an experiment without them"
         )
-
-
-def _require_constant_settings(experiment: BaseExperiment) -> None:
     if experiment.schedule:
         raise RefusedError(
             f"{experiment.name} has a schedule, and a competition belongs to no generation of it; "

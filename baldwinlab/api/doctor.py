@@ -31,10 +31,7 @@ class DoctorFinding(NamedTuple):
 
 
 def examine(folder: Path) -> Iterator[DoctorFinding]:
-    """Yield the findings on this machine.
-
-    `folder`: folder for studies. It may not exist.
-    """
+    """Yield the findings on this machine, with a folder for studies, which may not exist."""
     yield _check_python()
     yield from _check_packages()
     yield _check_cores()
@@ -64,18 +61,13 @@ def _check_packages() -> Iterator[DoctorFinding]:
         versions = {name: extras.installed_version(name) for name in required.get(extra, [])}
         installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
         missing = ", ".join(name for name, version in versions.items() if version is None)
-        if extra == extras.CORE:
-            yield _check_core(installed, missing)
+        if extra == extras.CORE and missing:
+            fix = "install baldwinlab again with pip"
+            yield DoctorFinding("core", "problem", f"not installed: {missing}", fix)
+        elif extra == extras.CORE:
+            yield DoctorFinding("core", "well", installed)
         else:
             yield _check_extra(extra, installed, missing)
-
-
-def _check_core(installed: str, missing: str) -> DoctorFinding:
-    if missing:
-        return DoctorFinding(
-            "core", "problem", f"not installed: {missing}", "install baldwinlab again with pip"
-        )
-    return DoctorFinding("core", "well", installed)
 
 
 def _check_extra(extra: str, installed: str, missing: str) -> DoctorFinding:
@@ -159,8 +151,5 @@ def _check_gpu() -> DoctorFinding:
 
 
 def has_problem(findings: Sequence[DoctorFinding]) -> bool:
-    """Return whether one of the findings is a problem.
-
-    Returns True if a finding has the state "problem".
-    """
+    """Return whether one of the findings is a problem."""
     return any(finding.state == "problem" for finding in findings)

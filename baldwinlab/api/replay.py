@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.api.frozen_genomes import FrozenGenomes, read_frozen
+from baldwinlab.api.freezer import FrozenGenomes, read_frozen
 from baldwinlab.api.load import load
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
@@ -110,11 +110,8 @@ def replay_frozen(
 ) -> xr.Dataset:
     """Simulate one lifetime of the genomes of a file, and record every step.
 
-    `seed`, `run`, `generation`: key of the random numbers of the lifetime. The default is the
-    origin of the genomes. For a file with several runs, `run` is required. `world`: number of a
-    world of the population, from 0. Returns the trace, as of `baldwinlab.simulation.replay.replay`.
-    It is bit-identical to the stored lifetime if the whole population has the world, the settings
-    and the numbers of its origin.
+    The default random numbers are those of the origin, which give the bits of the stored lifetime.
+    A file with several runs needs `run`.
     """
     genome, run_index = frozen.population(run)
     origin = frozen.origin

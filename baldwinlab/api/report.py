@@ -1,18 +1,19 @@
-"""Write the report of a study, and print its results."""
+"""Write the report of a study, or evaluate claims about it, and print the results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from baldwinlab.analysis.claims import describe_claims_too_few
+from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claim_samples import ClaimSource, Samples
+from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
-from baldwinlab.api.publish import lab_results
-from baldwinlab.api.publish.added_runs import instruction_of
-from baldwinlab.api.publish.multiverse import publish_multiverse
+from baldwinlab.api.publish.comparisons import instruction_of, require_baseline
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
-from baldwinlab.api.publish.study import Published, publish_study
-from baldwinlab.api.publish.sweep import publish_sweep
+from baldwinlab.api.publish.study import Published, publish_multiverse, publish_study, publish_sweep
 from baldwinlab.api.tables import (
     VERDICT_STYLE,
     make_claims_table,
@@ -26,7 +27,11 @@ from baldwinlab.core.files import REPORT_MARK, is_local, require_writable, short
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE, SWEEP
-from baldwinlab.papers import Paper
+from baldwinlab.papers import Paper, PaperError, load, load_stored_paper
+from baldwinlab.papers.checks import require_existing_names
+from baldwinlab.papers.claims import Claim, read_claims
+from baldwinlab.studies.open import open_sample
+from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.status import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
@@ -44,12 +49,8 @@ def report(
 ) -> Path:
     """Write the statistics, figures and page of a study, and print its results.
 
-    - `out`: HTML file. By default report.html in the directory of the study.
-    - `force`: write even if less memory is free than the estimate, and overwrite an HTML file that
-      is not a report.
-    - `add_results`: called after the page of a study of conditions is written. The page is then
-      written again, with the results that the function has added to the study.
-    - `paper`: paper whose claims are evaluated. By default the paper that defines the study.
+    `Study.report` describes the arguments. `add_results` is called after the page of a study of
+    conditions is written. The page is then written again, with the results that it has added.
     """
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out
@@ -64,7 +65,7 @@ def report(
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
     elif study.kind == SWEEP:
-        show_contrasts(publish_sweep(plan, console.info))
+        show_contrasts(publish_sweep(plan))
         console.info(f"report: {shorten_path(page)}")
     else:
         _report_conditions(plan, add_results)
@@ -73,7 +74,7 @@ def report(
 
 def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> None:
     """Raise RefusedError for an option that does not apply to this kind of study."""
-    lab_results.require_baseline(study, baseline)
+    require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
         raise RefusedError(
             f"--baseline {baseline} does not apply: {study.location} is a multiverse, whose "
@@ -88,7 +89,7 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
 
 def _report_multiverse(plan: ReportPlan) -> None:
     """Write and print the results of a multiverse."""
-    multiverse = publish_multiverse(plan, console.progress, console.info)
+    multiverse = publish_multiverse(plan)
     console.console.print(make_variants_table(multiverse))
     sentences = compose_sentences(multiverse.singles)
     for sentence in (*sentences, *describe_combinations(multiverse)):
@@ -98,7 +99,7 @@ def _report_multiverse(plan: ReportPlan) -> None:
 
 def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None) -> None:
     """Write and print the results of a study of conditions, without and with added results."""
-    published = publish_study(plan, console.info, console.progress)
+    published = publish_study(plan)
     _show_results(plan.study, published, plan.out)
     if add_results:
         add_results()
@@ -120,3 +121,58 @@ def _show_results(study: StudyStore, published: Published, page: Path) -> None:
         )
         console.info_if_any(describe_claims_too_few(published.claims, instruction_of(study)))
     console.info(f"report: {shorten_path(page)}")
+
+
+@dataclass(frozen=True)
+class CustomClaims:
+    """User-defined claims about the conditions of a study."""
+
+    claims: tuple[Claim, ...]
+    study: StudyStore
+
+    def measures(self, name: str) -> Mapping[str, Any] | None:
+        """Return the measures of the model of a condition by name, None if it is not loaded."""
+        return self.study.experiments[name].measures
+
+
+@check_numbers
+def evaluate_claims(
+    study: StudyStore, source: str | Path = "", *, last: int = 10
+) -> list[ClaimResult]:
+    """Evaluate claims about a study and print the verdicts. Nothing is written.
+
+    The p-values of all tests are corrected together.
+
+    `source`: TOML file with claims, or the name or folder of a paper. By default the paper that
+    defines the study. Raises `RefusedError` if no claims are given, and no paper defines the study.
+    """
+    study.require_runs()
+    title, claim_source = _select_claims(study, str(source))
+    claim_conditions = set().union(*(claim.conditions for claim in claim_source.claims))
+    # Claims of another paper may name no condition of the study.
+    conditions = sorted(claim_conditions & set(study.experiments)) or list(study.experiments)
+    samples = Samples(open_sample(study, conditions), last, claim_source)
+    console.info_if_any(format_sample_sentence(study))
+    results = evaluate_samples(samples)
+    console.console.print(make_claims_table(results, title, study.changed_model))
+    console.info_if_any(describe_claims_too_few(results, instruction_of(study)))
+    return results
+
+
+def _select_claims(study: StudyStore, source: str) -> tuple[str, ClaimSource]:
+    """Return the title and the claims of a file, of a paper, or of the paper of the study."""
+    if not source.endswith(".toml"):
+        if not (source or study.paper):
+            raise RefusedError(
+                f"{study.location} was made by no paper. Give a file of claims or a paper: "
+                "--claims FILE or --claims PAPER."
+            )
+        paper = load(source) if source else load_stored_paper(study.directory, study.paper)
+        return f"The claims of {paper.name}", paper
+    file = Path(source)
+    claims = read_claims(file)
+    if not claims:
+        raise PaperError(f"{file} does not exist or has no [[claims]]; write at least one claim")
+    custom = CustomClaims(claims, study)
+    require_existing_names(claims, file, list(study.experiments), custom.measures)
+    return f"The claims of {file.name}", custom

@@ -1,10 +1,10 @@
-"""Reproduce a paper: its conditions, its assays and its report."""
+"""Reproduce a paper: its conditions, its assays and its report. Or reproduce all papers."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Unpack
 
@@ -14,12 +14,12 @@ from baldwinlab.analysis.claims import planned_claim_tests
 from baldwinlab.analysis.report.figures import check_figures
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.publish.added_runs import format_instruction
+from baldwinlab.api.publish.comparisons import format_instruction
+from baldwinlab.api.publish.gallery import compare_papers
 from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.api.report import report
-from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunArguments, RunOptions, list_options
-from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.api.run_study import StudyRequest, run_missing, run_missing_assays
 from baldwinlab.api.stages import StagedReproduction, run_stages
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
@@ -42,6 +42,8 @@ from baldwinlab.studies.store import StudyStore
 
 MAX_FOLDER_NAME: Final = 120
 """Maximum number of characters of the name of a folder."""
+# The folder of the study of the default paper.
+DEFAULT_PAPER_FOLDER: Final = "paper"
 SHORT_SETTING_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
 """Names of settings in the name of a folder, by the path of the setting."""
 
@@ -85,7 +87,9 @@ class Reproduction:
     @property
     def folder_name(self) -> str:
         """Return the default name of the directory: the paper, then each changed setting."""
-        words = ["paper" if self.paper.name == papers.DEFAULT_PAPER else self.paper.name]
+        words = [
+            DEFAULT_PAPER_FOLDER if self.paper.name == papers.DEFAULT_PAPER else self.paper.name
+        ]
         if self.variant != STANDARD_VARIANT:
             words.append(self.variant)
         for assignment in self.changes:
@@ -189,11 +193,7 @@ def reproduce(
 
 
 def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
-    """Reproduce a paper with the changes of `request`.
-
-    The function `reproduce` and the command `reproduce` call this function. Returns the study; for
-    a paper with stages, the study of the confirmation.
-    """
+    """Reproduce a paper for `bl.reproduce` and for the command. With stages: its confirmation."""
     require_whole_number("last", request.last)
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
@@ -275,6 +275,30 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
     )
 
 
+def reproduce_all(folder: Path, request: Reproduction, options: RunOptions) -> Path:
+    """Reproduce every built-in paper, and compare them on one page, whose path is returned.
+
+    A paper with stages is reproduced in its quick form, and a paper without foragers ignores the
+    number of steps. A repeated call simulates only the missing runs and assays.
+
+    `folder`: has one folder per paper. `request`: the numbers of all papers.
+    """
+    names = list(papers.built_in())
+    for paper_number, name in enumerate(names, 1):
+        console.info(f"{name}, paper {paper_number} of {len(names)}")
+        paper = papers.load(name)
+        request_of_paper = replace(
+            request,
+            paper=paper,
+            steps=request.steps if are_foragers(paper.experiments()) else None,
+            out=folder / (DEFAULT_PAPER_FOLDER if name == papers.DEFAULT_PAPER else name),
+            # The stages of a full study take longer than all other papers.
+            is_quick=read_design(paper) is not None,
+        )
+        run_reproduction(request_of_paper, options)
+    return compare_papers(folder, last=request.last)
+
+
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
     """Return whether all agents are those of "miniworld", whose number of steps is a setting."""
     return all(isinstance(experiment, Experiment) for experiment in experiments)
@@ -317,10 +341,7 @@ def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> Plan
 def estimate_later_need(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
 ) -> Need:
-    """Estimate the memory and disk of the assays and the report.
-
-    `workers`: number of threads; None for one per core.
-    """
+    """Estimate the memory and disk of the assays, by default on all cores, and of the report."""
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
     need = plan.need(runs, workers or available_cores(), select_assays(paper))

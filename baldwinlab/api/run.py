@@ -1,4 +1,4 @@
-"""Run experiments as one study: `bl.run`, and the function of the command `baldwinlab run`."""
+"""Run experiments, or a sweep, as one study: `bl.run`, `bl.sweep`, and the command `run`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Unpack
 
+import tomlkit
+
 from baldwinlab.api.freezer import add_founders
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.publish.added_runs import format_instruction
 from baldwinlab.api.run_options import RunArguments, RunOptions, list_options
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
@@ -20,12 +21,17 @@ from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.conditions import Factors
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
+from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
+from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,13 +148,9 @@ def run_loaded(
     schedule: Sequence[Mapping[str, Any]] = (),
     callback: Callback | None = None,
 ) -> StudyStore:
-    """Run experiments, changed by assignments, as one study.
+    """Run experiments, changed by assignments, as one study, for `bl.run` and for the command.
 
-    The function `run` and the command `run` call this function. If the runs are too few to compare
-    the conditions, it prints a warning before the runs.
-
-    `assignments`: settings to change, such as "lifetime.steps=100". `out`: directory of the study.
-    If None: results/NAME, where NAME joins the names of the experiments by "-".
+    If the runs are too few to compare the conditions, it prints a warning before the runs.
     """
     if not loaded:
         raise RefusedError("a study needs at least one experiment")
@@ -180,10 +182,83 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory:
     if len(names) == 1:
         return ""
     # Imported late: SciPy's statistics take a while to load.
-    from baldwinlab.analysis.results.contrasts import planned_tests
-    from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+    from baldwinlab.api.publish.comparisons import describe_planned, format_instruction
 
     factors_of_presets = factors()
     conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
-    tests = planned_tests(conditions, runs, baseline)
-    return describe_too_few(tests, instruction=format_instruction(directory))
+    return describe_planned(conditions, runs, format_instruction(directory), baseline)
+
+
+@check_numbers
+@list_options(RunOptions)
+def sweep(
+    plan: Mapping[str, Any] | str | Path,
+    *,
+    out: str | Path | None = None,
+    **options: Unpack[RunArguments],
+) -> Study:
+    """Run an experiment with many values of its settings: a grid, a list or a random sample.
+
+    A repeated call simulates only the missing runs. Nothing is written if ExperimentError,
+    ArgumentError or StudyError is raised.
+
+    Parameters
+    ----------
+    plan
+        A TOML file, or a dict with the same content, such as
+        {"experiment": "evo/A", "runs": 8, "fields": {"learning.rate": [0.01, 0.1]}}. The page
+        docs/reference/sweeps.md lists the keys.
+    out
+        Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
+        is the name of the file. Required if `plan` is a dict.
+    **options
+        Fields of `RunOptions`.
+
+    Returns
+    -------
+    Study
+        The study, on disk. Its conditions are the points of the sweep.
+
+    Raises
+    ------
+    ExperimentError
+        The plan is not valid. The message has one line for each error.
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The directory holds another study.
+    RefusedError
+        `plan` is a dict and `out` is missing, or too little memory or disk is free.
+    InterruptedStudyError
+        A worker or a disk failed. The stored runs remain, and a repeated call continues.
+    """
+    # Imported late: SciPy's statistics take a while to load.
+    from baldwinlab.api.publish.comparisons import describe_too_few_runs
+
+    run_options = RunOptions(**options)
+    load_installed_parts()
+    if isinstance(plan, Mapping):
+        if out is None:
+            raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
+        # Errors in the plan name this path.
+        path = Path("sweep")
+        tables = to_plain_data(plan)
+        content = tomlkit.dumps(tables).encode()
+        design = validate_sweep(tables, str(path))
+    else:
+        path = Path(plan)
+        design = read_sweep(path)
+        content = path.read_bytes()
+    directory = Path("results") / path.stem if out is None else parse_location(out)
+    points = expand_sweep(design, path)
+    console.info_if_any(describe_too_few_runs(design, len(points)))
+    request = StudyRequest(
+        points,
+        directory,
+        runs=design.runs,
+        seed=design.seed,
+        kind=SWEEP,
+        extra_files={SWEEP_FILE_NAME: content},
+        later_need=estimate_tables([(point, design.runs) for point in points]),
+    )
+    return Study(run_missing(request, run_options))

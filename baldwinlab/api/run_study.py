@@ -1,20 +1,21 @@
-"""Create, open or extend a study and run its missing runs, with a progress bar."""
+"""Create, open or extend a study and run its missing runs and assays, with a progress bar."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from threading import Lock
 
-from baldwinlab.api.interruptions import report_progress_on_error
-from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
+from baldwinlab.api.run_options import AssayOptions, RunOptions, exclude_remote_memory
 from baldwinlab.core import console
 from baldwinlab.core.console import FitnessCurves
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, RefusedError
+from baldwinlab.core.file_writing import require_writable_path, write_atomically
 from baldwinlab.core.files import is_study
 from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, require_whole_number
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
@@ -29,6 +30,11 @@ from baldwinlab.models.miniworld.backends.choice import (
 )
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
+from baldwinlab.studies.assays.catalog import get_assays, not_applicable_reasons
+from baldwinlab.studies.assays.memory import estimate_assays
+from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.run import count_assay_steps, run_assays
+from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.creation import (
     create_study,
@@ -36,9 +42,10 @@ from baldwinlab.studies.creation import (
     extend_study,
     remove_if_refused,
 )
-from baldwinlab.studies.executors import THREADS, Executor
+from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
+from baldwinlab.studies.run_samples import format_sample_sentence, sample_runs
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
 
@@ -259,14 +266,7 @@ def extend(
     generations: int | None = None,
     runs: int | None = None,
 ) -> StudyStore:
-    """Run a stored study further, with more generations, more runs, or both.
-
-    The stored generations do not change. The result is bit-identical to that of one long run.
-
-    `generations`: by default the stored number. `runs`: number of runs of each condition. By
-    default the largest stored number. Raises `StudyError` if the study has more generations, or is
-    a sweep or a multiverse.
-    """
+    """Run a stored study further, for `Study.extend`."""
     if runs is None:
         study.require_runs()
         # A condition without runs does not count.
@@ -290,3 +290,101 @@ def extend(
         extend_study(study, generations)
         console.info(f"{study.location}: {generations} generations")
     return run_missing(request, options)
+
+
+@contextmanager
+def report_progress_on_error(directory: Path, describe_stored: Callable[[], str]) -> Iterator[None]:
+    """State the number of stored results in the message of an interruption."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"Interrupted. {_resume_message(describe_stored())}") from None
+    except ExecutorError as error:
+        raise InterruptedStudyError(f"{error}. {_resume_message(describe_stored())}") from None
+    except OSError as error:
+        # An error without a file name is about the directory.
+        file = error.filename or directory
+        raise InterruptedStudyError(
+            f"cannot write {file}: {error.strerror or error}. {_resume_message(describe_stored())}"
+        ) from None
+
+
+def _resume_message(stored: str) -> str:
+    return f"{stored}. Repeat the command to continue."
+
+
+class RemainingTime:
+    """Estimate of the time left for all studies, from the speed of the studies that are done."""
+
+    def __init__(self, amounts: Sequence[int], unit: str = "agent-steps") -> None:
+        self._amounts = amounts
+        self._unit = unit
+        self._n_begun = 0
+        self._start = time.monotonic()
+
+    def announce(self, title: str) -> None:
+        """Print the title of the next study, and the time left for it and all later studies."""
+        done = sum(self._amounts[: self._n_begun])
+        left = sum(self._amounts[self._n_begun :])
+        self._n_begun += 1
+        seconds = time.monotonic() - self._start
+        note = f"{left:,} {self._unit} left in all studies"
+        if done and left:
+            note += f", about {max(1, round(seconds * left / done / 60))} min"
+        console.info(f"{title}: study {self._n_begun} of {len(self._amounts)}; {note}")
+
+
+def run_missing_assays(
+    study: StudyStore, names: Sequence[str], options: AssayOptions, generations: int | None = None
+) -> None:
+    """Run the missing assays of a study on the CPU.
+
+    `generations`: number of generations of the branches of a fork, at least 1. The default is 20.
+    Without this argument, a stored fork with another number remains. Raises StudyError for a name
+    of no assay.
+    """
+    require_branch_length(generations, names)
+    executor = options.make_executor()
+    study.require_parts()
+    for sentence in not_applicable_reasons(study, names):
+        console.info(sentence)
+    missing = find_missing_assays(study, names, generations)
+    n_assays = sum(map(len, missing.values()))
+    if not n_assays:
+        study.remove_abandoned_files()
+        console.info(f"{study.location}: all assays are already stored")
+        return
+    for condition, assays in missing.items():
+        for name in assays:
+            require_writable_path(assay_path(study.directory, name, condition))
+    run_counts = {condition: len(sample_runs(study, condition)) for condition in missing}
+    total_need = estimate_assays(study, missing, run_counts, executor.workers)
+    need = exclude_remote_memory(total_need, executor)
+    require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
+    agent_steps = count_assay_steps(study, missing, generations)
+    console.info(f"{study.location}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
+    console.info_if_any(format_sample_sentence(study))
+
+    def describe_stored_assays() -> str:
+        """Return the number of stored assays as text."""
+        n_missing = sum(map(len, find_missing_assays(study, names, generations).values()))
+        return f"{n_assays - n_missing} of {n_assays} assays are stored in {study.location}"
+
+    with report_progress_on_error(study.directory, describe_stored_assays):
+        run_assays(
+            study,
+            missing,
+            executor.workers,
+            console.progress,
+            console.info,
+            executor=executor,
+            generations=generations,
+        )
+
+
+@check_numbers
+def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
+    """Raise ArgumentError for generations without an assay with branches."""
+    has_branches = any(assay.with_branches for assay in get_assays(names))
+    if generations is not None and not has_branches:
+        raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

@@ -13,15 +13,15 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.api.interruptions import RemainingTime
 from baldwinlab.api.report import report
-from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import (
+    RemainingTime,
     StudyRequest,
     count_missing_runs,
     require_request,
     run_missing,
+    run_missing_assays,
 )
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
@@ -70,15 +70,10 @@ class StagedReproduction:
     last: int = 10  # Number of final generations that are averaged in each run.
 
     def tuning_request(self, grid: TuningGrid, value: float) -> StudyRequest:
-        """Return the study of a value of a grid.
-
-        `value`: one of its values.
-        """
+        """Return the study of a value of a grid."""
         conditions = tuning_conditions(self.paper, self.design, grid, self.maps, value)
         folder = Path(TUNING_FOLDER) / grid.folder(value)
-        request = self._make_request(conditions, folder, self.design.tuning.runs)
-        # A tuning study evaluates no claims.
-        return replace(request, paper=None, changes=())
+        return self._make_request(conditions, folder, self.design.tuning.runs)
 
     def confirmation_request(
         self, tuned: TunedSettings, digests: Mapping[str, str] = MappingProxyType({})
@@ -92,15 +87,20 @@ class StagedReproduction:
         # The digests are those of the first call.
         is_new = not is_study(request.directory)
         files = {FROZEN_FILE: json.dumps(dict(digests), indent=2).encode()} if is_new else {}
-        first_run = self.paper.metadata.first_run
-        return replace(request, first_run=first_run, extra_files=files)
+        # The studies of the other stages evaluate no claims.
+        return replace(
+            request,
+            paper=self.paper,
+            changes=self.assignments,
+            first_run=self.paper.metadata.first_run,
+            extra_files=files,
+        )
 
     def specifications_request(self) -> StudyRequest:
         """Return the study of the specification curve."""
         conditions = specification_conditions(self.paper, self.design)
         runs = self.design.specification_curve.runs
-        request = self._make_request(conditions, Path(SPECIFICATIONS_FOLDER), runs)
-        return replace(request, paper=None, changes=())
+        return self._make_request(conditions, Path(SPECIFICATIONS_FOLDER), runs)
 
     def _make_request(self, conditions: StudyConditions, folder: Path, runs: int) -> StudyRequest:
         experiments = [
@@ -111,17 +111,12 @@ class StagedReproduction:
             self.directory / folder,
             runs=runs,
             seed=self.seed,
-            paper=self.paper,
-            changes=self.assignments,
             factors=conditions.factors,
         )
 
 
 def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudyStore:
-    """Run the missing runs and assays of all stages, and write the report of the confirmation.
-
-    A repeated call simulates only the missing runs and assays.
-    """
+    """Run all that is missing in the stages, and write the report of the confirmation."""
     design = reproduction.design
     grid_values = [(grid, value) for grid in design.tuning.grids for value in grid.values]
     tuning = [reproduction.tuning_request(grid, value) for grid, value in grid_values]
@@ -213,10 +208,7 @@ def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
 
 
 def measure_medians(data: xr.Dataset) -> dict[str, float]:
-    """Compute the median over runs of the mean fitness in the last generations.
-
-    `data`: the runs with one value of the setting, (condition, run, generation, agent).
-    """
+    """Compute the median over runs of the mean fitness in the last generations, by condition."""
     medians = fitness.final(data, "mean", LAST_GENERATIONS).median("run")
     return {str(name): float(medians.sel(condition=name)) for name in data["condition"].values}
 

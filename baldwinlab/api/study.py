@@ -7,12 +7,15 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from baldwinlab import papers
+from baldwinlab.api.export.formats import select_format, study_formats, write_export
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
 from baldwinlab.api.run_options import (
     AssayArguments,
     AssayOptions,
@@ -20,10 +23,10 @@ from baldwinlab.api.run_options import (
     RunOptions,
     list_options,
 )
-from baldwinlab.api.run_study import extend
-from baldwinlab.api.study_exports import StudyExports
-from baldwinlab.api.study_html import render_study
+from baldwinlab.api.run_study import extend, require_branch_length, run_missing_assays
+from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.assays.catalog import load_assays, not_applicable_reasons
@@ -33,6 +36,7 @@ from baldwinlab.studies.assays.results import (
     open_assay,
     open_assays,
 )
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -41,9 +45,13 @@ if TYPE_CHECKING:
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
+CAPTION: Final = (
+    "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % "
+    "intervals"
+)
 
 
-class Study(StudyExports):
+class Study(StudyRuns):
     """A study on disk.
 
     `run`, `sweep` and `reproduce` create a study, and `open_study` opens one. A method that takes a
@@ -202,9 +210,9 @@ class Study(StudyExports):
         import pandas as pd
 
         from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS
-        from baldwinlab.api.publish import lab_results
+        from baldwinlab.api.publish.comparisons import compare_study
 
-        contrasts = lab_results.compare_study(self._store, last, baseline or "")
+        contrasts = compare_study(self._store, last, baseline or "")
         rows = [
             {**contrast.row(), "smallest_p_holm": contrast.test.smallest_p_holm}
             for contrast in contrasts.rows
@@ -268,6 +276,48 @@ class Study(StudyExports):
             paper=None if paper is None else papers.load(paper),
         )
 
+    def export(
+        self,
+        path: str | Path | None = None,
+        *,
+        format: str | None = None,
+        force: bool = False,
+        **options: Any,
+    ) -> None:
+        """Write the study in a format of third-party tools, as the command `export` does.
+
+        docs/how-to/python.md lists the formats and their options. Parquet, CSV and Zarr files have
+        the results of all runs, and no more than a part of them is in memory at a time.
+
+        Parameters
+        ----------
+        path
+            The file to write. The format "ro-crate" has none.
+        format
+            Name of a format. By default, the suffix of `path` selects it.
+        force
+            Overwrite a file that this method did not write. For Zarr, write even if less memory is
+            free than the estimate.
+        **options
+            Options of the format, for example `condition`, `run`, `generation` and `agent`.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, a record is damaged, or there is no such condition or run.
+        ArgumentError
+            A number is out of range.
+        RefusedError
+            `path` is a file of another program or of a study, a library is missing, an option is
+            missing or does not apply to the format, or the format does not apply to the model.
+        PartError
+            A custom part of the study is not loaded.
+        """
+        location = None if path is None else Path(path)
+        formats = study_formats()
+        selected = select_format(formats, format, location)
+        write_export(formats, selected, self._store, location, options, force=force)
+
     def __repr__(self) -> str:
         """Return the directory, the seed, the conditions with their runs, and the stored assays."""
         lines = [
@@ -288,7 +338,7 @@ class Study(StudyExports):
 
     def _repr_html_(self) -> str:
         """Return the text of the study and the curves of its first conditions, for notebooks."""
-        return render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
+        return _render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
 
 
 def _format_run_count(n_runs: int) -> str:
@@ -315,3 +365,28 @@ def open_study(directory: str | Path) -> Study:
     """
     load_installed_parts()
     return Study(StudyStore(parse_location(directory)))
+
+
+def _render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the text and the curves of conditions as HTML, or the reason for missing curves."""
+    try:
+        curves = _draw_curves(study, [name for name in conditions if study.runs(name)])
+    except BaldwinLabError as error:
+        curves = f"<p>{escape(str(error))}</p>"
+    return f"<div><pre>{escape(text)}</pre>{curves}</div>"
+
+
+def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the curves as an image element of HTML, or "" if there are no conditions."""
+    if not conditions:
+        return ""
+    # Imported late: loading the figures takes a while.
+    from baldwinlab.analysis.figures.style import to_svg
+    from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
+
+    figure = draw_fitness_curves(open_sample(study, conditions))
+    image = b64encode(to_svg(figure)).decode()
+    return (
+        f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '
+        f'src="data:image/svg+xml;base64,{image}">'
+    )

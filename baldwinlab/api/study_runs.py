@@ -1,11 +1,14 @@
-"""The stored runs of a study: data, replays, genomes and networks."""
+"""The stored runs of a study: data, tables, replays, genomes and networks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from baldwinlab._version import __version__
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
+from baldwinlab.api.export.table import StudyTable
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import Experiment
@@ -20,6 +23,10 @@ from baldwinlab.simulation.replay import (
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
 
 
 class StudyRuns:
@@ -277,3 +284,88 @@ class StudyRuns:
         """
         name = select_condition(self._store, condition)
         return make_network(self._store, name, run, generation, agent, module=module)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return a table with one row per condition, run, generation and agent.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table. Its `attrs` hold the `units` and the `long_name` of the columns.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, or a record is damaged.
+        """
+        return StudyTable(self._store).to_pandas()
+
+    def to_polars(self) -> pl.DataFrame:
+        """Return the table of `to_pandas`, without units.
+
+        Returns
+        -------
+        polars.DataFrame
+            The table.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, or a record is damaged.
+        RefusedError
+            Polars or PyArrow is not installed.
+        """
+        return StudyTable(self._store).to_polars()
+
+    @check_numbers
+    def to_arviz(self, *, last: int = 10) -> xr.DataTree:
+        """Return the outcome of each run as observations for ArviZ, for a Bayesian comparison.
+
+        Claims are evaluated on these outcomes.
+
+        Parameters
+        ----------
+        last
+            Number of final generations that are averaged in each run, at least 1.
+
+        Returns
+        -------
+        xarray.DataTree
+            The group `observed_data` has `best` and `mean`, the fitness of the best and of the
+            average agent, and `share`, the share of agents that eat (0 to 1), by condition and run.
+            Missing runs are NaN.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, or a record is damaged.
+        ArgumentError
+            `last` is less than 1.
+        """
+        # Imported late: SciPy's statistics take a while to load.
+        from baldwinlab.analysis.statistics import fitness
+
+        self._store.require_runs()
+        data = self.data()
+        unit = data["energy"].attrs.get("units", "")
+        attributes = {
+            "best": {"units": unit, "long_name": "fitness of the best agent"},
+            "mean": {"units": unit, "long_name": "fitness of the average agent"},
+            "share": {
+                "units": "1",
+                "long_name": "share of agents that eat, or have a fitness above 0",
+            },
+        }
+        outcomes = {
+            name: fitness.final(data, name, last)
+            .drop_attrs(deep=False)
+            .assign_attrs(attributes_of_outcome)
+            for name, attributes_of_outcome in attributes.items()
+        }
+        origin = {
+            "creation_library": "baldwinlab",
+            "creation_library_version": __version__,
+            "last_generations": last,
+        }
+        observed = xr.Dataset(outcomes, attrs=data.attrs | origin)
+        return xr.DataTree.from_dict({"observed_data": observed})

@@ -109,10 +109,7 @@ def make_claims_table(
 
 
 def _format_result(record: dict[str, Any]) -> str:
-    """Return effect, interval, p-value and A12 of a claim, and the number in the paper, as text.
-
-    For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`.
-    """
+    """Return, for example, "282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 more"."""
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:

@@ -7,15 +7,9 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report
-from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import ASSAY_DEFAULTS, AssayOptions
-from baldwinlab.cli.options import (
-    FIELDS,
-    Directory,
-    Json,
-    Parts,
-    load_parts,
-)
+from baldwinlab.api.run_study import run_missing_assays
+from baldwinlab.cli.options import FIELDS, Directory, Json, Parts, load_parts
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError
@@ -67,8 +61,7 @@ def assay(
         baldwinlab assay results/evo-A-evo+self-taught-A fork --generations 20
     """
     load_parts(part)
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     study = StudyStore(directory)
     selected_assays = _select_assays(names, assays, start)
     run_missing_assays(study, selected_assays, options, generations)
@@ -78,10 +71,7 @@ def assay(
 
 
 def _select_assays(names: tuple[str, ...], more_names: str | None, start: str) -> list[str]:
-    """Return the names of the assays. `fork` becomes the fork that begins from `start`.
-
-    `more_names` are separated by commas.
-    """
+    """Return the names of the assays. `fork` becomes the fork that begins from `start`."""
     split_names = [] if more_names is None else [name.strip() for name in more_names.split(",")]
     unique_names = list(dict.fromkeys([*names, *split_names]))
     selected_assays = unique_names or list(DEFAULT_ASSAYS)

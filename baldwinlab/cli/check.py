@@ -44,8 +44,7 @@ def check(
         baldwinlab check my_rule.py
     """
     findings = []
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     for finding in iterate_findings(file, requirements or (), seed):
         console.info(str(finding))
         findings.append(finding)

@@ -33,8 +33,7 @@ def doctor(
         baldwinlab doctor
     """
     findings = []
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     for finding in examine(folder):
         findings.append(finding)
         fix = f"; {finding.fix}" if finding.fix else ""

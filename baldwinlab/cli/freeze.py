@@ -8,12 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.freezer import freeze as write_genome_file
-from baldwinlab.cli.options import (
-    OVERWRITE_FORCE,
-    Json,
-    Parts,
-    load_parts,
-)
+from baldwinlab.cli.options import OVERWRITE_FORCE, Json, Parts, load_parts
 from baldwinlab.core import console
 
 

@@ -142,10 +142,7 @@ def open_listener(port: int) -> socket.socket:
 
 
 def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
-    """Serve the pages until Ctrl-C, also while the engine compiles.
-
-    The options are those of `make_app`.
-    """
+    """Serve the pages until Ctrl-C, also while the engine compiles. The options: see `make_app`."""
     # Imported late: the lab needs the packages of an extra, and takes a while to load.
     from baldwinlab.lab.server.app import make_app, make_server
 

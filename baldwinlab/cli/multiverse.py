@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.publish.multiverse import MULTIVERSE_FOLDERS
+from baldwinlab.api.publish.study import MULTIVERSE_FOLDERS
 from baldwinlab.api.report import report
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -85,8 +85,7 @@ def multiverse(
         baldwinlab multiverse le-2019 --runs 8
     """
     load_parts(part)
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     require_whole_number("last", last_generations)
     custom_paper = None if paper == DEFAULT_PAPER else load(paper)
     variants = _list_variants(custom_paper, all_combinations)

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final
 
 from cyclopts import Parameter
 
 from baldwinlab.api.agents import select_condition
-from baldwinlab.api.frozen_genomes import read_frozen
+from baldwinlab.api.freezer import read_frozen
 from baldwinlab.api.replay import replay_frozen
 from baldwinlab.api.study import Study
-from baldwinlab.cli.options import (
-    LOCATION,
-    Assignments,
-    Directory,
-    Force,
-    Parts,
-    load_parts,
-)
+from baldwinlab.cli.options import LOCATION, Assignments, Directory, Force, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
@@ -34,14 +27,6 @@ from baldwinlab.studies.store import StudyStore
 
 ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
 PICTURE_DPI: Final = 200
-
-
-class StoredGeneration(NamedTuple):
-    """A stored run, with the generation and the world to replay."""
-
-    run: int
-    generation: int
-    world: int
 
 
 StudyOrExperiment = Annotated[
@@ -127,7 +112,7 @@ def replay(
         _require_study_options(directory, run, generation, (seed, map, assignments))
         assert run is not None
         assert generation is not None
-        life = StoredGeneration(run, generation, world)
+        life = {"run": run, "generation": generation, "world": world}
         trace, experiment = _replay_stored(StudyStore(directory), condition, life, out, force)
     else:
         if condition is not None:
@@ -159,18 +144,15 @@ def _require_study_options(
 
 
 def _replay_stored(
-    store: StudyStore, condition: str | None, life: StoredGeneration, out: Path, force: bool
+    store: StudyStore, condition: str | None, life: dict[str, int], out: Path, force: bool
 ) -> tuple[xr.Dataset, Experiment]:
-    """Return the trace and the experiment of a stored lifetime."""
+    """Return the trace and the experiment of a stored lifetime, a run, generation and world."""
     condition = select_condition(store, condition)
     experiment = store.experiment(condition)
     # `replay` raises the error for a model without a world.
     if isinstance(experiment, Experiment):
         _require_disk_space(experiment, out, force)
-    trace = Study(store).replay(
-        condition, run=life.run, generation=life.generation, world=life.world, force=force
-    )
-    return trace, experiment
+    return Study(store).replay(condition, **life, force=force), experiment
 
 
 def _require_disk_space(experiment: Experiment, out: Path, force: bool) -> None:

@@ -9,9 +9,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.claims import evaluate_claims
-from baldwinlab.api.gallery import compare_papers
+from baldwinlab.api.publish.gallery import compare_papers
 from baldwinlab.api.publish.gallery_entries import holds_studies
+from baldwinlab.api.report import evaluate_claims
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
     LOCATION,
@@ -81,11 +81,14 @@ def report(
         baldwinlab report results/paper --claims my-claims.toml
     """
     load_parts(part)
+    console.reserve_stdout(json)
     require_whole_number("last", last_generations)
     if holds_studies(directory):
         options = {"--claims": claims is not None, "--baseline": baseline, "--paper": paper}
         _require_unused(options, f"{directory}, a folder of studies")
-        _report_papers(directory, last_generations, out, force=force, json=json)
+        page = compare_papers(directory, out, last=last_generations, force=force)
+        if json:
+            print_gallery(directory, page)
         return
     study = StudyStore(directory)
     if claims is not None:
@@ -94,8 +97,6 @@ def report(
         _report_claims(study, source, last_generations, out, force=force, json=json)
         return
     paper_data = load(paper) if paper else None
-    if json:
-        console.reserve_stdout()
     write_report(
         study,
         out,
@@ -115,15 +116,6 @@ def _require_unused(values: Mapping[str, object], context: str) -> None:
             raise RefusedError(f"{option} does not apply to {context}. Remove the option.")
 
 
-def _report_papers(folder: Path, last: int, out: Path | None, *, force: bool, json: bool) -> None:
-    """Write the page that compares the papers in a folder."""
-    if json:
-        console.reserve_stdout()
-    page = compare_papers(folder, out, last=last, force=force)
-    if json:
-        print_gallery(folder, page)
-
-
 def _report_claims(
     study: StudyStore, source: str, last: int, out: Path | None, *, force: bool, json: bool
 ) -> None:
@@ -131,8 +123,6 @@ def _report_claims(
     if out:
         # Every file of verdicts contains this key.
         require_writable("--out", out, b'"p_holm"', force=force)
-    if json:
-        console.reserve_stdout()
     records = [result.record() for result in evaluate_claims(study, source, last=last)]
     if json:
         console.print_json(records)

@@ -7,9 +7,9 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas, write_article
-from baldwinlab.api.gallery import reproduce_all
-from baldwinlab.api.reproduce import Reproduction, run_reproduction
+from baldwinlab.api.atlas.publish import publish_atlas, write_article
+from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
+from baldwinlab.api.reproduce import Reproduction, reproduce_all, run_reproduction
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
     FIELDS,
@@ -94,8 +94,7 @@ def reproduce(
         baldwinlab reproduce hinton-nowlan-1987
     """
     load_parts(part)
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     if paper == ATLAS and not all_papers:
         _require_plain_atlas(assignments, variant, generations, steps, options)
         directory = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))

@@ -24,15 +24,15 @@ def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None
     and of a multiverse, if they are stored.
     """
     # Imported late: SciPy's statistics take a while to load.
-    from baldwinlab.api.publish import lab_results
+    from baldwinlab.api.publish.comparisons import compare_study, record_contrasts
 
     result = {
         "directory": str(study.directory),
         "runs": {name: len(study.runs(name)) for name in study.experiments},
     }
     if study.kind != MULTIVERSE:
-        contrasts = lab_results.compare_study(study, last, baseline)
-        result["comparison"] = lab_results.record_contrasts(contrasts)
+        contrasts = compare_study(study, last, baseline)
+        result["comparison"] = record_contrasts(contrasts)
     stored_results = _read_files(study.directory, STUDY_FILES)
     console.print_json(result | {"claims": read_claims(study)} | stored_results)
 

@@ -106,8 +106,7 @@ def run(
         baldwinlab run mine --generations 80
     """
     load_parts(part)
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     directory = parse_location(experiment)
     if is_study(directory):
         has_other_options = any((experiments, assignments, out, seed, founders, at))
@@ -139,9 +138,9 @@ def _show_results(study: StudyStore, baseline: str, *, json: bool) -> None:
         print_results(study, baseline=baseline)
     elif len(study.experiments) > 1 or baseline:
         # Imported late: SciPy's statistics take a while to load.
-        from baldwinlab.api.publish import lab_results
+        from baldwinlab.api.publish.comparisons import compare_study
         from baldwinlab.api.tables import show_contrasts
 
-        show_contrasts(lab_results.compare_study(study, baseline=baseline))
+        show_contrasts(compare_study(study, baseline=baseline))
     argument = quote_path(study.directory)
     console.info(f"For statistics, figures and a page: baldwinlab report {argument}")

@@ -8,17 +8,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from baldwinlab.api.run import sweep as run_sweep
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
-from baldwinlab.api.sweep import sweep as run_sweep
-from baldwinlab.cli.options import (
-    FIELDS,
-    LOCATION,
-    Json,
-    LastGenerations,
-    Out,
-    Parts,
-    load_parts,
-)
+from baldwinlab.cli.options import FIELDS, LOCATION, Json, LastGenerations, Out, Parts, load_parts
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.numbers import require_whole_number
@@ -52,8 +44,7 @@ def sweep(
     """
     load_parts(part)
     require_whole_number("last", last_generations)
-    if json:
-        console.reserve_stdout()
+    console.reserve_stdout(json)
     study = run_sweep(file, out=out, **asdict(options))
     study.report(last=last_generations, force=options.force)
     if json:

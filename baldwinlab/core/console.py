@@ -177,8 +177,8 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
     )
 
 
-def reserve_stdout(is_reserved: bool = True) -> None:
-    """Print messages, progress and tables on stderr, because stdout gets data."""
+def reserve_stdout(is_reserved: bool) -> None:
+    """Print messages, progress and tables on stderr if stdout gets data."""
     console.stderr = is_reserved
 
 

@@ -11,12 +11,7 @@ from typing import Any
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.run_options import (
-    AssayArguments,
-    AssayOptions,
-    RunArguments,
-    RunOptions,
-)
+from baldwinlab.api.run_options import AssayArguments, AssayOptions, RunArguments, RunOptions
 from baldwinlab.cli.options import app
 from tests.commands import Command
 

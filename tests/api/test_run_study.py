@@ -31,13 +31,6 @@ def test_many_runs_of_species_use_the_cpu_if_a_gpu_is_available(
         _choose_backend("cuda", THREADS, StudyRequest([species], tmp_path, runs=1, seed=0))
 
 
-def test_an_interval_of_checkpoints_is_checked_before_a_study_is_created(tmp_path: Path) -> None:
-    for interval in ("often", "", "-1"):
-        with pytest.raises(bl.RefusedError, match="checkpoint"):
-            bl.run("evo/A", runs=1, out=tmp_path / "new", checkpoint=interval)
-    assert not (tmp_path / "new").exists()
-
-
 def test_run_stores_checkpoints_at_the_given_interval(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,7 +13,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.compete import _simulate_lives
-from baldwinlab.api.frozen_genomes import read_genome_file
+from baldwinlab.api.freezer import read_genome_file
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment.toml import to_toml

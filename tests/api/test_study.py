@@ -161,9 +161,7 @@ def test_a_record_leads_to_its_experiment(copied_study: Study) -> None:
         bl.load(xr.Dataset())
 
 
-def test_invalid_arguments_are_refused_before_the_study_is_created(
-    tmp_path: Path,
-) -> None:
+def test_invalid_arguments_are_refused_before_the_study_is_created(tmp_path: Path) -> None:
     out = tmp_path / "study"
     for sentence, arguments in {
         "executor = 'cloud' must be threads": {"executor": "cloud"},
@@ -178,9 +176,7 @@ def test_invalid_arguments_are_refused_before_the_study_is_created(
     assert not out.exists()
 
 
-def test_a_setting_without_effect_in_every_condition_is_refused(
-    tmp_path: Path,
-) -> None:
+def test_a_setting_without_effect_in_every_condition_is_refused(tmp_path: Path) -> None:
     idle = {"learning.teacher": "shuffled", "evolution.lamarckian_share": 0.5}
     with pytest.raises(
         bl.ExperimentError, match=r'learning.teacher: does nothing with learning.rule = "none"'

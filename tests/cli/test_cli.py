@@ -21,6 +21,7 @@ from PIL import Image
 import baldwinlab as bl
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import PRESET_KINDS, load, names
+from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore
@@ -28,6 +29,7 @@ from baldwinlab.studies.sweeps.design import open_sweep
 from tests.commands import Command
 from tests.paused_studies import run_until_paused
 from tests.small_studies import make_small_study, read_records, shorten_preset
+from tests.studies.test_batched_studies import CONDITION, make_study
 
 # Other tests draw these figures.
 pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
@@ -61,15 +63,6 @@ def test_show_prints_an_experiment_that_can_be_edited_and_run(
     assert result.code == 0
     sizes = {"condition": 1, "run": 2, "generation": 2, "agent": 20}
     assert open_runs("results/mine").food_eaten.sizes == sizes
-
-
-def test_several_experiments_run_as_a_single_study(command: Command) -> None:
-    conditions = ["evo/B", "self-taught/B", "evo+self-taught/B"]
-    settings = ("--set", "lifetime.steps=20", "evolution.generations=2", "--runs", "2")
-    result = command("run", *conditions, *settings)
-    assert result.code == 0, result.err
-    study = open_runs("results/evo-B-self-taught-B-evo+self-taught-B")
-    assert study.condition.values.tolist() == conditions
 
 
 def test_custom_conditions_with_names_of_variants_are_an_ordinary_study(
@@ -125,13 +118,6 @@ def test_a_preset_and_a_custom_experiment_are_compared(command: Command, tmp_pat
     assert len(json.loads((tmp_path / "pair/claims.json").read_text())["claims"]) == 9
     extended = command("run", "pair", "--runs", "5")
     assert extended.code == 0 and "At least" not in extended.out
-
-
-def test_a_report_can_evaluate_the_claims_of_a_paper(
-    command: Command, stored: Path, tmp_path: Path
-) -> None:
-    shutil.copytree(stored, tmp_path / "study")
-    assert "The claims of le-2019" in command("report", "study", "--claims", "le-2019").out
 
 
 def test_several_settings_can_follow_one_or_several_set_options(command: Command) -> None:
@@ -261,7 +247,7 @@ def test_assay_runs_each_assay_once_and_updates_the_report(
     command: Command, stored: Path, tmp_path: Path
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
-    result = command("assay", "study", "--assays", "descent,modules", "--workers", "2")
+    result = command("assay", "study", "descent", "--assays", "modules", "--workers", "2")
     assert result.code == 0, result.err
     # 4 pairs of modules, 20 learners and 300 steps.
     assert "3 assays to do (24,000 agent-steps)" in result.out
@@ -270,6 +256,16 @@ def test_assay_runs_each_assay_once_and_updates_the_report(
     assert energy.dims == ("run", "modules", "agent")
     repeated = command("assay", "study", "--assays", "descent")
     assert "all assays are already stored" in repeated.out
+
+
+def test_a_fork_from_the_mode_is_another_assay(
+    command: Command, stored: Path, tmp_path: Path
+) -> None:
+    study = shutil.copytree(stored, tmp_path / "study")
+    outcome = command("assay", "study", "fork", "--from", "mode", "--generations", "1")
+    assert outcome.code == 0, outcome.err
+    assert [path.name for path in (study / "assays").iterdir()] == ["fork-mode"]
+    assert "Further evolution" in (study / "report.html").read_text("utf-8")
 
 
 def test_interrupted_assays_report_their_progress_and_can_be_resumed(
@@ -291,15 +287,6 @@ def test_interrupted_assays_report_their_progress_and_can_be_resumed(
     message = "Interrupted. 0 of 2 assays are stored in study. Repeat the command to continue."
     assert message in result.err
     assert "2 assays to do" in command("assay", "study", "--assays", "reaction").out
-
-
-def test_export_writes_the_phylogeny(command: Command, stored: Path) -> None:
-    run = ("--condition", "evo/A", "--run", "0", "--out", "descent.csv")
-    result = command("export", str(stored), "--format", "phylogeny", *run)
-    assert result.code == 0, result.err
-    lines = Path("descent.csv").read_text(encoding="utf-8").splitlines()
-    assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
-    assert len(lines) == 1 + 3 * 20
 
 
 def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(
@@ -363,3 +350,25 @@ def test_a_stored_study_is_extended_by_its_directory(command: Command, tmp_path:
     assert command("run", "study", "--generations", "4", "--runs", "2").code == 0
     assert command("run", "evo/A", *settings, "4", "--runs", "2", "--out", "longer").code == 0
     assert read_records(tmp_path / "study") == read_records(tmp_path / "longer")
+
+
+def test_status_shows_stored_and_missing_runs_and_failures(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    directory = tmp_path / "study"
+    with monkeypatch.context() as earlier:
+        earlier.setattr(memory, "MAX_RUNS_PER_FILE", 1)
+        make_study(directory, runs=20)
+    path = directory / "runs" / CONDITION / "0003.nc"
+    path.rename(f"{path}.damaged")
+    result = command("status", "study")
+    assert result.code == 0
+    assert "study: 19 of 20 runs stored" in result.out
+    assert f"{CONDITION}: 19 stored, 1 missing" in result.out
+    assert "not running; the last session had" in result.out
+    assert "0003.nc.damaged was damaged" in result.err
+    content = json.loads(command("status", "study", "--json").out)
+    assert (content["done"], content["missing"]) == (19, 1)
+    assert content["is_running"] is False
+    assert content["seconds_left"] > 0
+    assert len(content["failures"]) == 1

@@ -28,9 +28,10 @@ from tests.lab.client import CLIENT, LabServer
 from tests.small_studies import make_small_study, shorten_preset
 
 
-def test_a_port_in_use_is_named(command: Command) -> None:
+def test_the_lab_listens_on_the_loopback_address_and_names_a_port_in_use(command: Command) -> None:
     with lab.open_listener(0) as listener:
-        port = listener.getsockname()[1]
+        host, port = listener.getsockname()
+        assert host == "127.0.0.1"
         refused = command("lab", "--no-browser", "--port", str(port))
     assert (refused.code, refused.err) == (
         2,
@@ -50,11 +51,6 @@ def test_without_its_extra_the_lab_prints_the_installation_command(
     monkeypatch.setattr(lab, "find_spec", lambda name: None)
     message = f"baldwinlab: {missing_extra_error('lab', 'the lab')}\n"
     assert command("lab", "--no-browser") == (2, "", message)
-
-
-def test_the_lab_listens_only_on_the_loopback_address() -> None:
-    with lab.open_listener(0) as listener:
-        assert listener.getsockname()[0] == "127.0.0.1"
 
 
 def test_the_browser_is_opened_unless_the_option_disables_it(

@@ -49,25 +49,17 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "run evo/A --set speed=3",
             "speed: there is no 'speed' here; there are: name, model, world",
         ),
-        (
-            "reproduce atlas --steps 3",
-            "--steps applies to a paper; atlas has its own settings",
-        ),
+        ("reproduce atlas --steps 3", "--steps applies to a paper; atlas has its own settings"),
         (
             "reproduce atlas --checkpoint 30s --backend cpu",
             "--backend, --checkpoint applies to a paper; atlas has its own settings",
         ),
         ("run evo/A --runs 0", "--runs 0 must be a whole number from 1"),
         ("run evo/A --workers -2", "--workers -2 must be a whole number from 1"),
-        ("run evo/A --seed -1", "--seed -1 must be a whole number from 0 to 2147483647"),
         ("reproduce --variant sloppy", "there is no variant 'sloppy'"),
         ("reproduce --generations 0", "evolution.generations = 0"),
-        (
-            "report study --last-generations 0",
-            "--last-generations 0 must be a whole number from 1",
-        ),
+        ("report study --last-generations 0", "--last-generations 0 must be a whole number from 1"),
         ("report nowhere", "nowhere holds no study"),
-        (f"replay nowhere {LIFE} --out x.nc", "nowhere holds no study"),
         (f"replay x {LIFE} --out x.avi", "must end in .nc, .mp4, .gif or .png"),
         (
             "replay study --condition evo/B --run 0 --generation 0 --out x.nc",
@@ -82,23 +74,16 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "generation = 9: run 0 of evo/A has the generations 0 to 2",
         ),
         (f"replay study {LIFE} --out no/x.gif", "no/x.gif"),
-        ("assay nowhere", "nowhere holds no study"),
         (
             "assay study --assays innate,instinct",
             "there is no assay 'instinct'; there are descent, innate",
         ),
         ("assay study spoon", "there is no assay 'spoon'"),
         ("assay study --workers 0", "--workers 0 must be a whole number from 1"),
-        (
-            "assay study fork --generations 0",
-            "--generations 0 must be a whole number from 1",
-        ),
+        ("assay study fork --generations 0", "--generations 0 must be a whole number from 1"),
         ("assay study fork --from center", "--from center must be population or mode"),
         ("assay study innate --from mode", "--from mode needs the assay fork"),
-        (
-            "assay study innate --generations 4",
-            "--generations 4 needs the assay fork or fork-mode",
-        ),
+        ("assay study innate --generations 4", "--generations 4 needs the assay fork or fork-mode"),
         (
             "export study --format phylogeny --condition evo/B --run 0 --out x.csv",
             "has no condition 'evo/B'",
@@ -107,7 +92,6 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "export study --format phylogeny --condition evo/A --run 7 --out x.csv",
             "0007.nc does not exist",
         ),
-        (f"{PHYLOGENY} --out no/x.csv", "the folder no does not exist"),
         ("run evo/A --out study", "study holds another study"),
         ("run evo/A --runs many", "many"),
         (
@@ -125,11 +109,6 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         ("run evo/A --seed 1.5", "--seed: '1.5' must be a whole number"),
         ("run evo/A --workers 1.5", "--workers: '1.5' must be a whole number"),
-        ("replay study --run 0 --generation 0 --world 1.5 --out x.nc", "--world: '1.5' must be"),
-        (
-            "replay study --condition evo/A --run 0.6 --generation 0 --out x.nc",
-            "'0.6' must be",
-        ),
         (
             "report study --last-generations 99999999999999999999",
             "must be a whole number of at most 18 digits",
@@ -147,11 +126,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             )
             for path in ("lab", "http://hub/lab", "/a//b", "/a?b", "/a b")
         ),
-        (
-            "report study --out study/study.toml",
-            "--out study/study.toml is inside the study",
-        ),
-        (f"{PHYLOGENY} --out study/runs/evo/A/0000.nc", "is inside the study"),
+        ("report study --out study/study.toml", "--out study/study.toml is inside the study"),
         (
             "report",
             "DIRECTORY is missing; usage: baldwinlab report DIRECTORY; "
@@ -168,12 +143,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         ("report study --parts 3", "Unknown option: --parts. Did you mean --part?"),
         ("run evo/A --runs 100000000", "100,000,000 runs: needs about"),
-        ("run evo/A --runs 100000000", "Reduce the request or add --force."),
         ("sweep large.toml", "Reduce the request or add --force."),
-        (
-            "run evo/A --runs 3000000000 --force",
-            "--runs 3000000000 must be a whole number from 1",
-        ),
+        ("run evo/A --runs 3000000000 --force", "--runs 3000000000 must be a whole number from 1"),
         (
             "run evo/A --set population.size=1000000 evolution.generations=1000000",
             "PiB of memory, but only",
@@ -184,10 +155,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         ("reproduce --steps 100000000 --runs 1", "of memory, but only"),
         ("multiverse --runs 100000000", "9,000,000,000 runs: needs about"),
-        ("check part.py --seed 1.5", "--seed: '1.5' must be a whole number"),
         ("rum", "there is no command 'rum' (did you mean 'run'?)"),
         ("show deep.toml", f"deep.toml {TOO_DEEP}"),
-        ("run deep.toml", f"deep.toml {TOO_DEEP}"),
         ("sweep deep.toml", f"deep.toml {TOO_DEEP}"),
         ("reproduce ./deep", f"deep/paper.toml {TOO_DEEP}"),
         (f"show evo/A --set world.food={NESTED_LISTS}", "world.food = '[[["),
@@ -218,14 +187,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run study --seed 3", "study is a stored study, which determines"),
         ("run study --set lifetime.steps=3", "study is a stored study"),
         ("run study --checkpoint never", "must be a number of generations"),
-        (
-            "run evo/A --founders study:evo/A@7",
-            "must be a whole number from 0 to 2",
-        ),
+        ("run evo/A --founders study:evo/A@7", "must be a whole number from 0 to 2"),
         ("run evo/A --founders study", "must be STUDY:CONDITION@GENERATION"),
         ("run evo/A --at learning.rule=none", "must follow a generation"),
         ("run evo/A --at 3 population.size=4", "cannot change during a run"),
-        ("status nothing", "nothing holds no study"),
     ],
 )
 def test_invalid_input_prints_one_sentence_and_changes_no_file(
@@ -268,10 +233,7 @@ def test_force_disables_the_check_of_resources(
         ("report study --out page.html", "study/claims.json"),
         ("run evo/A --runs 1 --out new", "new/runs/evo/A/experiment.toml"),
         (f"{PHYLOGENY} --out x.csv", "x.csv"),
-        (
-            "assay study --assays descent --workers 1",
-            "study/assays/descent/evo+self-taught/A.nc",
-        ),
+        ("assay study --assays descent --workers 1", "study/assays/descent/evo+self-taught/A.nc"),
         *((f"replay study {LIFE} --out x.{kind}", f"x.{kind}") for kind in ("nc", "png")),
     ],
 )

@@ -53,24 +53,17 @@ LATE = [
     f"{RUN} --founders base:evo/A@9",
     f"{RUN} --founders base:evo/A@1 --executor nowhere",
     f"{RUN} --founders base:evo/A@1 --checkpoint often",
-    "run evo/A evo/A --runs 1 --out a/new",
     "run evo/A --runs 1 --out base/runs/new",
     "sweep uncompiled.toml --part uncompiled.py",
     "sweep uncompiled.toml --part uncompiled.py --out a/new",
     "reproduce hinton-nowlan-1987 --runs 1 --out a/new --part uncompiled.py "
     "--set evolution.fitness=uncompiled population.size=4 evolution.generations=2",
-    "reproduce le-2019 --runs 1 --out a/new --workers 0",
     "reproduce many-learning-rules --quick --out a/new --variant rank",
     "multiverse le-2019 --runs 1 --out a/new --checkpoint often",
     "multiverse le-2019 --runs 1 --out a/new --executor nowhere",
     "assay base --assays innate --executor nowhere",
-    "run base --generations 1",
     "run base --generations 9 --executor nowhere",
-    "run base --generations 9 --workers 0",
-    "freeze base:evo/A@9 --out frozen.nc",
-    "freeze base:evo/A@1[7] --out frozen.nc",
     "export base --format onnx --run 0 --generation 9 --agent 0 --out network.onnx",
-    "export base --format phylogeny --condition evo/A --run 7 --out tree.csv",
 ]
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
-from baldwinlab.core import console
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import Factors, find_control
 from baldwinlab.papers.presets import load
@@ -17,7 +16,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, make_small_study, shorten_preset
+from tests.small_studies import make_small_study, shorten_preset
 from tests.worlds import make_small_experiment
 
 PAPER_CONDITIONS = ["evo/A", "evo+self-taught/A", "evo/B"]
@@ -93,7 +92,7 @@ def test_the_report_of_a_study_has_maps_and_learners(tmp_path: Path) -> None:
     # This condition is not a preset of the paper.
     assert study.factors["mine/A"] == Factors("mine/A")
     plan = plan_report(study, tmp_path / "report.html", 1)
-    publish_study(plan, ignore_message, console.progress)
+    publish_study(plan)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
     assert "<!-- evo+self-taught -->" in picture

@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final
 
-from baldwinlab.api.checks import REQUIREMENTS, CheckFinding, check_part
+from baldwinlab.api.checks import REQUIREMENTS, CheckFinding, check_part, check_requirement
 from baldwinlab.api.checks.fixture import group_parts
-from baldwinlab.api.checks.requirements import check_requirement
 from baldwinlab.experiment import registry
 from baldwinlab.models.cell_foragers import FewMutations
 from baldwinlab.models.cue_learners import OnePointOfUnits

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from baldwinlab import parts
-from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.oracles import make_naive
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import resort_stale_cells

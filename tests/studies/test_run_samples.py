@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.api.claims import evaluate_claims
+from baldwinlab.api.report import evaluate_claims
 from baldwinlab.api.study import Study
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay

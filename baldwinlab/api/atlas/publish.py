@@ -1,4 +1,7 @@
-"""Write the results of the atlas: page, figures, tables and netCDF files."""
+"""Write the results of the atlas: page, figures, tables, netCDF files, and an article in Markdown.
+
+Each number of the article is computed from stored results.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +13,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from scipy import stats
 
+from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
-from baldwinlab.analysis.atlas.figures import (
-    LawPoints,
-    choose_outcome,
-    draw_laws,
-    draw_maps,
-)
+from baldwinlab.analysis.atlas.figures import LawPoints, choose_outcome, draw_laws, draw_maps
 from baldwinlab.analysis.atlas.grids import (
     HEIGHT,
     WIDTH,
@@ -27,8 +28,14 @@ from baldwinlab.analysis.atlas.grids import (
     name_letter,
 )
 from baldwinlab.analysis.atlas.laws import LAWS, Law
-from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
-from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
+from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, OUTCOMES, compute_outcomes
+from baldwinlab.analysis.atlas.tables import (
+    COLUMNS,
+    RESIDUAL,
+    describe_settings,
+    list_cells,
+    tabulate,
+)
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.report.tables import Table, add_detail, badge
@@ -45,6 +52,7 @@ from baldwinlab.papers.design import FROZEN_FILE
 PAGE_FILE: Final = "atlas.html"
 TABLE_FILE: Final = "atlas.csv"
 CLAIM_RESULTS_FILE: Final = "claims.json"
+ARTICLE_FILE: Final = "article.md"
 CAPTIONS: Final = {
     "assimilation": "Share A of the learned distance that has become innate. 1: nothing remains "
     "to be learned; 0: no change or growth.",
@@ -117,15 +125,11 @@ def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResul
         name: cell.isel(run=slice(exploration_runs, None))
         for name, cell in read_map(planned, seed).items()
     }
-    outcomes = {
-        name: xr.merge([compute_outcomes(cell), _select_measures(cell)])
-        for name, cell in cells.items()
-    }
+    outcomes = {}
+    for name, cell in cells.items():
+        measures = [key for key in cell.data_vars if str(key).startswith(MEASURE_PREFIX)]
+        outcomes[name] = xr.merge([compute_outcomes(cell), cell[measures]])
     return MapResults(planned, cells, stack_cells(planned, outcomes))
-
-
-def _select_measures(cell: xr.Dataset) -> xr.Dataset:
-    return cell[[name for name in cell.data_vars if str(name).startswith(MEASURE_PREFIX)]]
 
 
 def publish_atlas(request: AtlasRequest) -> AtlasResults:
@@ -270,3 +274,91 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         runs=first.sizes["run"],
         first_run=int(first["run"][0]),
     )
+
+
+def write_article(results: AtlasResults, directory: Path) -> Path:
+    """Write the article of a finished atlas."""
+    return write_atomically(directory / ARTICLE_FILE, render_article(results).encode())
+
+
+def render_article(results: AtlasResults) -> str:
+    """Return the article as Markdown."""
+    environment = Environment(
+        loader=PackageLoader("baldwinlab.analysis", ""),
+        autoescape=False,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    runs = next(iter(results.maps[0].cells.values()))["run"].values.tolist()
+    maps = [_describe_map(result) for result in results.maps]
+    return environment.get_template("atlas/article.md").render(
+        design=results.design,
+        maps=maps,
+        n_cells=sum(entry["n_cells"] for entry in maps),
+        n_claims=len(results.claims),
+        verdicts=" ".join(describe_claims(results.claims)),
+        results=results.claims,
+        runs=len(runs),
+        first_run=runs[0],
+        last_run=runs[-1],
+        seed=results.seed,
+        outcomes=OUTCOMES,
+        digest=results.digests[CLAIMS_FILE],
+        version=__version__,
+    )
+
+
+def _describe_map(result: MapResults) -> dict[str, Any]:
+    atlas_map = result.planned.atlas_map
+    return {
+        "name": result.name,
+        "title": result.title,
+        "description": atlas_map.complete_description,
+        "axes": "; ".join(atlas_map.axes.values()),
+        "n_cells": len(result.cells),
+        "law": result.law.quantity if result.law else "",
+        "share": _describe_share(result),
+        "fit": _describe_fit(result),
+    }
+
+
+def _describe_share(result: MapResults) -> dict[str, str] | None:
+    """Return the range of A over the cells, None if it is not defined in any cell."""
+    rows = [
+        row for row in result.rows if row["outcome"] == "assimilation" and row["mean"] is not None
+    ]
+    if not rows:
+        return None
+    settings = dict(zip(result.cells, list_cells(result.outcomes), strict=True))
+    lowest, highest = (
+        (row["mean"], describe_settings(settings[row["cell"]], result.planned.atlas_map.axes))
+        for row in (choose(rows, key=lambda row: row["mean"]) for choose in (min, max))
+    )
+    return {
+        "cells": str(len(rows)),
+        "mean": f"{np.mean([row['mean'] for row in rows]):.2f}",
+        "lowest": f"{lowest[0]:.2f} ({lowest[1]})",
+        "highest": f"{highest[0]:.2f} ({highest[1]})",
+    }
+
+
+def _describe_fit(result: MapResults) -> dict[str, str] | None:
+    """Return the errors of the law, None without a law."""
+    if not result.law:
+        return None
+    points = collect_points(result)
+    if len(points.predicted) < 3:
+        return None
+    errors = np.abs(np.array(points.measured) - np.array(points.predicted))
+    # A law that predicts the same value in all cells has no correlation.
+    is_constant = np.ptp(points.predicted) == 0
+    correlation = (
+        "" if is_constant else f"{stats.spearmanr(points.measured, points.predicted).statistic:.2f}"
+    )
+    return {
+        "cells": str(errors.size),
+        "mean_error": f"{errors.mean():.3f}",
+        "largest_error": f"{errors.max():.3f}",
+        "correlation": correlation,
+    }

@@ -8,18 +8,19 @@ DIR/frozen.json     SHA-256 of the files of the atlas at the first start
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
+import numpy as np
 import tomlkit
 
 from baldwinlab._version import __version__
-from baldwinlab.api.atlas.cells import CellTask
-from baldwinlab.api.interruptions import RemainingTime, report_progress_on_error
+from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
 from baldwinlab.api.run_options import AssayOptions
+from baldwinlab.api.run_study import RemainingTime, report_progress_on_error
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
@@ -27,26 +28,142 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.core.numbers import require_whole_number
-from baldwinlab.experiment import Experiment
+from baldwinlab.core.record_batches import select_record
+from baldwinlab.core.variables import make_dataset
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.papers.atlas_design import (
-    AtlasDesign,
-    AtlasMap,
-    Size,
-    digest_atlas,
-    read_atlas,
-)
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend
+from baldwinlab.papers.atlas_design import AtlasDesign, AtlasMap, Size, digest_atlas, read_atlas
 from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
+from baldwinlab.simulation.records import make_batch
+from baldwinlab.simulation.simulate import simulate_histories
+from baldwinlab.studies.assays import innate
+from baldwinlab.studies.assays.assay import LIFE_KINDS, Sample
+from baldwinlab.studies.assays.catalog import get_assay
+from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
 from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, label_points
 
+# Number of intervals between the measured generations.
+N_INTERVALS = 20
+# Agents of all generations and runs that are simulated together, which limits the memory.
+MAX_RECORDED_AGENTS = 4_000_000
 CELL_FOLDER: Final = "cells"
+
+
+class CellTask(NamedTuple):
+    """Task that simulates some runs of a cell and returns their values."""
+
+    experiment: Experiment
+    runs: tuple[int, ...]
+
+    @property
+    def experiments(self) -> tuple[BaseExperiment, ...]:
+        """The experiment and its control."""
+        return self.experiment, self.experiment.without_learning()
+
+    @property
+    def agent_steps(self) -> int:
+        """Number of agent-steps of the runs, of their controls and of the measurements."""
+        lives_per_generation = len(LIFE_KINDS) - 1
+        lives = (
+            2 * self.experiment.evolution.generations
+            + lives_per_generation * len(choose_generations(self.experiment))
+            + len(HISTORIES) * (len(REGIMES) * (BRANCH_GENERATIONS + 1) + 1)
+        )
+        return len(self.runs) * self.experiment.agent_steps * lives
+
+    def run(
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
+    ) -> xr.Dataset:
+        """Return the values of all runs, from `reduce_cell`."""
+        n_left = self.agent_steps
+
+        def report_limited(agent_steps: int) -> None:
+            """Report agent-steps. Their sum is the announced number."""
+            nonlocal n_left
+            n_reported = min(n_left, agent_steps)
+            n_left -= n_reported
+            report_progress(n_reported)
+
+        parts = [
+            measure_runs(self.experiment, seed, runs, directory, report_limited)
+            for runs in _split_runs(self.experiment, self.runs)
+        ]
+        report_limited(n_left)
+        return xr.concat(parts, "run", combine_attrs="override")
+
+
+def choose_generations(experiment: BaseExperiment) -> list[int]:
+    """Return the generations that are measured: equally spaced, and the last one."""
+    last = experiment.evolution.generations - 1
+    return [*range(0, last, _interval(experiment)), last]
+
+
+def _interval(experiment: BaseExperiment) -> int:
+    return max(1, -(-(experiment.evolution.generations - 1) // N_INTERVALS))
+
+
+def _split_runs(experiment: BaseExperiment, runs: Sequence[int]) -> Iterator[Sequence[int]]:
+    """Yield groups of runs whose records fit into the memory."""
+    agents_of_run = experiment.population.size * experiment.evolution.generations
+    size = max(1, MAX_RECORDED_AGENTS // agents_of_run)
+    for start in range(0, len(runs), size):
+        yield runs[start : start + size]
+
+
+def measure_runs(
+    experiment: Experiment,
+    seed: int,
+    runs: Sequence[int],
+    directory: Path,
+    report_progress: Callable[[int], None],
+) -> xr.Dataset:
+    """Simulate runs with and without learning, and return the values of `reduce_cell`."""
+    sample = Sample(directory, seed, experiment, tuple(runs), (), (), report_progress)
+    learners, learner_data = _simulate(sample)
+    controls, control_data = _simulate(replace(sample, experiment=experiment.without_learning()))
+    generations = choose_generations(experiment)
+    assayed = _label(
+        "innate",
+        innate.measure_generations(learners, generations),
+        run=list(runs),
+        generation=generations,
+        life=list(LIFE_KINDS),
+        layer=innate.layer_names(experiment),
+    )
+    forked = _label(
+        "fork",
+        Fork(POPULATION).measure(replace(learners, control=controls)),
+        run=list(runs),
+        generation=generations[-1:],
+        history=list(HISTORIES),
+        regime=list(REGIMES),
+    )
+    return reduce_cell(CellData(experiment, learner_data, control_data, assayed, forked))
+
+
+def _simulate(sample: Sample) -> tuple[Sample, xr.Dataset]:
+    """Return the sample with its simulated records, and the records as one dataset."""
+    interval = _interval(sample.experiment)
+    recorded = sample.experiment.replace(record={"genome_every": interval})
+    histories = simulate_histories(
+        recorded, sample.seed, sample.runs, after_generation=lambda _: sample.report_generation()
+    )
+    batch = make_batch(histories).to_dataset()
+    records = [select_record(batch, index) for index in range(len(histories))]
+    return replace(sample, experiment=recorded, records=records), batch
+
+
+def _label(assay: str, arrays: Mapping[str, Any], **coordinates: Sequence[Any]) -> xr.Dataset:
+    """Return the dataset of an assay."""
+    data = make_dataset(get_assay(assay).variables, arrays, {})
+    return data.assign_coords({name: np.asarray(labels) for name, labels in coordinates.items()})
 
 
 @dataclass(frozen=True)
@@ -214,10 +331,7 @@ def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
 
 
 def stack_cells(planned: PlannedMap, cells: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return datasets of cells as one dataset, with a dimension per swept field.
-
-    `cells`: a dataset per cell, in the order of the map.
-    """
+    """Return the cells of a map as one dataset, with a dimension per swept field."""
     stacked = xr.concat(list(cells.values()), "condition", combine_attrs="drop")
     stacked = stacked.assign_coords(condition=list(cells))
     return label_points(StudyStore(planned.directory), stacked)

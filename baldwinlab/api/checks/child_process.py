@@ -15,9 +15,8 @@ from typing import Any, Final
 
 def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the outcome of each group of parts, in plain Python with watched hooks."""
-    from baldwinlab.api.checks.array_access import Watch
     from baldwinlab.api.checks.fixture import group_parts
-    from baldwinlab.api.checks.plain_python import simulate_cases
+    from baldwinlab.api.checks.plain_python import Watch, simulate_cases
 
     watch = Watch(parts)
     for group in group_parts(parts, request["seed"]):
@@ -26,8 +25,8 @@ def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
 
 def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the findings of each requirement."""
+    from baldwinlab.api.checks import check_requirement
     from baldwinlab.api.checks.fixture import group_parts
-    from baldwinlab.api.checks.requirements import check_requirement
 
     pairs = zip(group_parts(parts, request["seed"]), request["plain_bits"], strict=True)
     groups = [group._replace(plain_bits=bits) for group, bits in pairs]

@@ -64,20 +64,13 @@ class DrawnPopulation(NamedTuple):
 def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
     random = np.random.default_rng(group.seed)
     values = part_values(group.experiment, part)
+    # Hooks of a part with genes read the genes at their positions in the genomes of the experiment.
+    n_weights = int(group.experiment.genome_length) if part.genes else N_WEIGHTS
     for number in range(ROUNDS):
-        n_weights = _count_weights(group.experiment, part)
         arrays = breeding_arguments(random, group.experiment, n_weights)
         _draw_genes(group.experiment, random, arrays["genome"])
         lists = {name: _as_lists(value) for name, value in arrays.items()}
         yield Round(number, values, arrays, lists)
-
-
-def _count_weights(experiment: Any, part: Any) -> int:
-    """Return the number of weights of a module of a genome in a round.
-
-    Hooks of a part with genes read the genes at their positions in the genomes of the experiment.
-    """
-    return int(experiment.genome_length) if part.genes else N_WEIGHTS
 
 
 def _draw_genes(experiment: Any, random: np.random.Generator, genome: Genome) -> None:

@@ -143,10 +143,7 @@ def is_of_miniworld(experiment: BaseExperiment) -> bool:
 
 
 def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
-    """Return the argument `part` of the hooks of a part.
-
-    `state`: the state with the arrays of the part. Default: a new state of one world.
-    """
+    """Return the argument `part` of hooks, in a state or in a new state of one world."""
     if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
@@ -251,15 +248,12 @@ def make_cases(group: PartGroup) -> Iterator[Case]:
     if not is_of_miniworld(group.experiment):
         for agents in POPULATION_SIZES:
             with suppress(ExperimentError):
-                yield _make_model_case(group, agents)
+                experiment = group.experiment.replace(population={"size": agents})
+                yield Case(_format_agents(agents), experiment)
         return
     for settings in CASE_SETTINGS:
         with suppress(ExperimentError):
             yield _make_miniworld_case(group, settings)
-
-
-def _make_model_case(group: PartGroup, agents: int) -> Case:
-    return Case(_format_agents(agents), group.experiment.replace(population={"size": agents}))
 
 
 def _make_miniworld_case(group: PartGroup, settings: CaseSettings) -> Case:

@@ -1,6 +1,6 @@
 """Declarations of export formats, and the checks of an export's options.
 
-Each module of this package with a constant `FORMAT` is a format of a study. The command `export`,
+Each `ExportFormat` in a module of this package is a format of a study. The command `export`,
 `Study.export`, their error messages and the documentation read these declarations.
 """
 
@@ -50,8 +50,9 @@ def study_formats() -> Mapping[str, ExportFormat]:
     """Return the formats of studies by name, in alphabetical order."""
     folder = str(Path(__file__).parent)
     modules = [import_module(f"{__package__}.{info.name}") for info in iter_modules([folder])]
-    formats: list[ExportFormat] = [module.FORMAT for module in modules if hasattr(module, "FORMAT")]
-    return {format.name: format for format in sorted(formats, key=lambda entry: entry.name)}
+    values = [value for module in modules for value in vars(module).values()]
+    formats = {value.name: value for value in values if isinstance(value, ExportFormat)}
+    return dict(sorted(formats.items()))
 
 
 def list_suffixes(formats: Mapping[str, ExportFormat]) -> dict[str, str]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import make_network, read_genomes, select_condition
 from baldwinlab.api.export.formats import ExportFormat, Option
-from baldwinlab.api.export.tskit import OPTIONS_OF_RUN, choose_run
+from baldwinlab.api.export.phylogeny import OPTIONS_OF_RUN, choose_run
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import EXPORT_MARK, require_writable
@@ -39,10 +39,7 @@ def write_onnx(
     at: Moment = "birth",
     force: bool = False,
 ) -> str:
-    """Write the action network of an agent as ONNX, and return the number of weights as text.
-
-    `at`: "birth", or "death" for the weights after all learning.
-    """
+    """Write the action network of an agent as ONNX, and return the number of weights as text."""
     import onnx
 
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)

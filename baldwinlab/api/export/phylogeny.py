@@ -1,16 +1,245 @@
-"""Write the parents of agents as CSV in the ALife data standard for phylogenies."""
+"""Write the ancestry of agents: their parents as CSV, or a tree sequence of tskit.
+
+The CSV file follows the ALife data standard for phylogenies. A tree sequence has one tree per gene.
+A record has the parents of each agent, and not the parent of each gene. The genomes decide it: a
+gene comes from the parent whose value is closer, which is the parent with the equal value if the
+gene did not mutate. If both values are equally close, the gene comes from the parent of the gene
+before it; for the first gene, from the fitter parent.
+
+References
+----------
+J. Kelleher et al., "Efficient pedigree recording for fast population genetics simulation", PLoS
+Computational Biology 14 (2018).
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab._version import __version__
+from baldwinlab.api.agents import select_condition
 from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.files import require_writable
+from baldwinlab.core.output_paths import EXPORT_MARK
+from baldwinlab.evolution import Genome, Parents, needs_simulation
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
+from baldwinlab.parts.variation import vary_population
+from baldwinlab.simulation.reevaluation import iterate_genomes
 from baldwinlab.studies.assays.descent import PHYLOGENY_HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
+
+# Number of edges above which the tables are simplified during the conversion, to limit memory.
+MAX_EDGES: Final = 2_000_000
+# Options of a format of one run.
+OPTIONS_OF_RUN: Final = (
+    Option("condition", str, "a condition. Default: the only condition."),
+    Option("run", int, "number of a run. Default: the only run."),
+)
+Index = npt.NDArray[np.int64]
+
+
+class Edges(NamedTuple):
+    """The intervals of genes that children inherit from one parent."""
+
+    # First gene of the interval, and the gene after its last one, [edge].
+    left: Index
+    right: Index
+    # Numbers of the agents in their generations, [edge].
+    parent: Index
+    child: Index
+
+
+def write_tree_sequence(
+    study: StudyStore,
+    path: Path,
+    *,
+    condition: str | None = None,
+    run: int | None = None,
+    force: bool = False,
+) -> str:
+    """Write the ancestry of the last generation of a run; return the number of trees as text."""
+    import tskit
+
+    require_writable("--out", path, EXPORT_MARK.encode(), force=force)
+    name = select_condition(study, condition)
+    experiment = study.experiment(name)
+    study.require_parts(name)
+    _require_inherited_genes(experiment)
+    run_index = choose_run(study, name, run)
+    record = study.record(name, run_index)
+    metadata = {
+        "condition": name,
+        "seed": study.seed,
+        "run": run_index,
+        "modules": list(experiment.modules),
+        "genes": experiment.genome_length,
+    }
+    generations = iterate_genomes(experiment, record)
+    parents = np.asarray(record["parents"].values, np.int32)
+    tables = _make_tables(tskit, generations, parents, metadata)
+    sequence = tables.tree_sequence()
+    with atomic_path(path) as partial_path:
+        sequence.dump(partial_path)
+    return f"{path}: {sequence.num_trees:,} trees, {sequence.num_individuals:,} individuals"
+
+
+def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
+    """Return `run`, or the only stored run of a condition."""
+    study.require_runs()
+    runs = study.runs(condition)
+    if run is None and len(runs) != 1:
+        raise RefusedError(
+            f"{study.location} has {len(runs)} runs of {condition}; choose one with --run"
+        )
+    return runs[0] if run is None else run
+
+
+def _require_inherited_genes(experiment: BaseExperiment) -> None:
+    """Raise RefusedError if genes do not come from the genomes of the stored parents."""
+    require_single_species(experiment, "a tree sequence")
+    reason = ""
+    for _, segment in experiment.segments():
+        variation = segment.part("evolution.variation")
+        if needs_simulation(segment):
+            reason = "its children inherit learned weights, or are born during life"
+        elif segment.part("evolution.inheritance").resamples_genomes:
+            reason = f"evolution.inheritance = {segment.evolution.inheritance!r} makes new genomes"
+        elif type(variation).vary_population is not vary_population.default:
+            reason = (
+                f"evolution.variation = {segment.evolution.variation!r} takes genes from agents "
+                "that are not the two parents, or moves them"
+            )
+        elif (
+            isinstance(segment, Experiment)
+            and "reinforcement" in segment.modules
+            and segment.learning.teacher != "inherited"
+        ):
+            reason = f"learning.teacher = {segment.learning.teacher!r} replaces inherited genes"
+    if reason:
+        raise RefusedError(
+            f"{experiment.name} has no tree sequence: {reason}; --format phylogeny writes the "
+            "parents of agents"
+        )
+
+
+def _make_tables(
+    tskit: Any, generations: Iterator[Genome], parents: Parents, metadata: dict[str, Any]
+) -> Any:
+    """Return the tables of a tree sequence, simplified for the last generation."""
+    previous = next(generations)
+    genes = previous[0].size
+    tables = tskit.TableCollection(sequence_length=genes)
+    tables.time_units = "generations"
+    tables.metadata_schema = tables.individuals.metadata_schema = tskit.MetadataSchema(
+        {"codec": "json"}
+    )
+    tables.metadata = metadata
+    nodes = _add_agents(tskit, tables, 0, parents, np.empty(0, np.int32))
+    for generation, genome in enumerate(generations, 1):
+        children = _add_agents(tskit, tables, generation, parents, nodes)
+        edges = find_edges(genome, previous, parents[generation])
+        tables.edges.append_columns(
+            left=edges.left.astype(float),
+            right=edges.right.astype(float),
+            parent=nodes[edges.parent],
+            child=children[edges.child],
+        )
+        previous = genome
+        nodes = children
+        if tables.edges.num_rows > MAX_EDGES:
+            nodes = _simplify(tables, nodes)
+    _simplify(tables, nodes)
+    tables.sort_individuals()
+    tables.provenances.add_row(
+        json.dumps(
+            {
+                "schema_version": "1.0.0",
+                "software": {"name": EXPORT_MARK, "version": __version__},
+                "parameters": metadata,
+                "environment": {},
+            }
+        )
+    )
+    return tables
+
+
+def _add_agents(
+    tskit: Any, tables: Any, generation: int, parents: Parents, nodes: npt.NDArray[np.int32]
+) -> npt.NDArray[np.int32]:
+    """Add individuals and nodes of a generation; return the numbers of the nodes.
+
+    `nodes` are the nodes of the previous generation. Each individual has one node.
+    """
+    last_generation = len(parents) - 1
+    individuals = tables.nodes.individual
+    rows = []
+    for agent, couple in enumerate(parents[generation]):
+        ancestors = [
+            individuals[nodes[parent]] for parent in dict.fromkeys(couple.tolist()) if parent >= 0
+        ]
+        individual = tables.individuals.add_row(
+            parents=ancestors, metadata={"generation": generation, "agent": agent}
+        )
+        rows.append(tables.nodes.add_row(time=last_generation - generation, individual=individual))
+    return np.array(rows, np.int32)
+
+
+def _simplify(tables: Any, nodes: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Remove all nodes but the ancestors of `nodes`, and the founders. Return the new numbers."""
+    tables.sort()
+    renumbered = tables.simplify(nodes, keep_input_roots=True, record_provenance=False)
+    return np.asarray(renumbered[nodes], np.int32)
+
+
+def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
+    """Return the intervals of genes that each child inherits from one parent.
+
+    - `genome`: genomes of the children, [child, module, weight].
+    - `previous`: genomes of the generation before, [agent, module, weight].
+    - `parents`: numbers of the parents in the generation before, [child, 2].
+    """
+    agents = len(genome)
+    values = genome.reshape(agents, -1).astype(float)
+    difference_to_first, difference_to_second = (
+        np.abs(values - previous[parents[:, parent]].reshape(agents, -1)) for parent in (0, 1)
+    )
+    # 1 for the second parent, -1 for the first, 0 if both are equally close.
+    closer = np.sign(difference_to_first - difference_to_second).astype(int)
+    genes = np.arange(values.shape[1])
+    # The gene that decides the parent of each gene: itself, or the last one before it whose value
+    # is closer to one parent.
+    decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
+    is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
+    is_second[parents[:, 0] == parents[:, 1]] = False
+    is_start = np.ones(values.shape, bool)
+    is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]
+    child, left = np.nonzero(is_start)
+    # The interval ends where the next one of the same child starts, or after the last gene.
+    right = np.append(left[1:], 0)
+    right[right == 0] = len(genes)
+    parent = parents[child, is_second[child, left].astype(int)]
+    return Edges(left, right, parent.astype(np.int64), child)
+
+
+TREE_SEQUENCE: Final = ExportFormat(
+    name="tskit",
+    content="the ancestry of every gene in the last generation of a run, as a tree sequence",
+    write=write_tree_sequence,
+    suffix=".trees",
+    options=OPTIONS_OF_RUN,
+    library="tskit",
+    extra="exchange",
+    uses_parts=True,
+)
 
 
 def write_phylogeny(
@@ -54,7 +283,7 @@ def write_phylogeny(
     return f"{path}: {n_agents:,} agents"
 
 
-FORMAT: Final = ExportFormat(
+PHYLOGENY: Final = ExportFormat(
     name="phylogeny",
     content="the parents of every agent, as CSV in the ALife data standard",
     write=write_phylogeny,

@@ -115,10 +115,7 @@ def _unwrap_single(entities: Sequence[Any]) -> Any:
 
 
 def _find_license_address(license: str) -> str:
-    """Return the address of a license, "" for no license.
-
-    Raise RefusedError for an invalid address or name.
-    """
+    """Return the address of a license. Raise RefusedError for an invalid address or name."""
     if not license or re.fullmatch(r"https?://\S+", license):
         return license
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]*", license):

@@ -1,10 +1,11 @@
-"""Read a study as a tidy table, with one row per condition, run, generation and agent.
+"""Read a study as a tidy table, and write it as CSV or Parquet.
 
-Each variable has one column.
+The table has one row per condition, run, generation and agent, and one column per variable.
 
 References
 ----------
-H. Wickham, "Tidy data", Journal of Statistical Software 59 (10), 2014.
+- H. Wickham, "Tidy data", Journal of Statistical Software 59 (10), 2014.
+- Metadata Vocabulary for Tabular Data, W3C Recommendation, 17 December 2015.
 """
 
 from __future__ import annotations
@@ -12,15 +13,18 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.api.export.formats import require_library
+from baldwinlab.api.export.formats import ExportFormat, require_library
 from baldwinlab.core.deferred import pd, xr
+from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.files import EXPORT_MARK
+from baldwinlab.core.output_paths import require_writable
 from baldwinlab.core.records import without_genomes
 from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
 from baldwinlab.experiment.conditions import SWEEP, factor_coordinates
@@ -51,10 +55,7 @@ class Column(NamedTuple):
 
 
 class StudyTable:
-    """The table of the conditions of a study that have runs.
-
-    The constructor reads the columns, and the methods read the rows.
-    """
+    """The table of the conditions with runs. The methods read its rows."""
 
     def __init__(self, study: StudyStore) -> None:
         """Read the columns. Raise StudyError if no run is stored or a record is damaged."""
@@ -62,7 +63,11 @@ class StudyTable:
         self.study = study
         self._runs = {name: runs for name in study.experiments if (runs := study.runs(name))}
         self._values_by_condition = _list_run_values(study)
-        self.columns = (*self._condition_columns(), *_index_columns(), *self._variable_columns())
+        index_columns = [
+            Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
+            for name in KEY_COLUMNS[1:]
+        ]
+        self.columns = (*self._condition_columns(), *index_columns, *self._variable_columns())
         self.names = [column.name for column in self.columns]
         # A sweep has thousands of categories, which are the same in each frame.
         self._text_types = {
@@ -230,11 +235,6 @@ def _list_run_values(study: StudyStore) -> dict[str, dict[str, RunValue]]:
     return rows
 
 
-def _index_columns() -> Iterator[Column]:
-    for name in KEY_COLUMNS[1:]:
-        yield Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
-
-
 def _list_arrays(record: xr.Dataset, run: int) -> dict[str, npt.NDArray[Any]]:
     """Return the recorded columns and the indices of a run, with one value per row."""
     arrays = {
@@ -268,3 +268,91 @@ def _merge_columns(columns: Sequence[Column]) -> Column:
         units.pop() if len(units) == 1 else "",
         "; or ".join(filter(None, meanings)),
     )
+
+
+# Ending of the metadata file of a table (CSV on the Web).
+METADATA_SUFFIX: Final = "-metadata.json"
+CSVW_DATATYPES: Final = {"i": "integer", "f": "double"}
+"""Data types of CSV on the Web, by kind of NumPy type. All other kinds are text."""
+
+
+def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
+    """Write the table of a study, some runs at a time, and return the number of runs as text.
+
+    A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has
+    the types, units and meanings of the columns.
+    """
+    table = StudyTable(study)
+    metadata_path = path.with_name(f"{path.name}{METADATA_SUFFIX}")
+    # Every table of baldwinlab has this text in its header.
+    header_mark = f",{','.join(KEY_COLUMNS[1:])},"
+    require_writable("--out", path, header_mark.encode(), force=force)
+    require_writable("--out", metadata_path, EXPORT_MARK.encode(), force=force)
+    with (
+        atomic_path(path) as partial_path,
+        partial_path.open("w", encoding="utf-8", newline="") as file,
+    ):
+        file.write(f"{','.join(table.names)}\n")
+        for frame in table.frames():
+            rows = frame.reindex(columns=table.names)
+            rows.to_csv(file, index=False, header=False, lineterminator="\n")
+    metadata = json.dumps(_describe_table(table, path), indent=1, ensure_ascii=False)
+    write_atomically(metadata_path, f"{metadata}\n".encode())
+    return f"{path}: {table.n_runs:,} runs"
+
+
+def _describe_table(table: StudyTable, path: Path) -> dict[str, Any]:
+    """Return the metadata of a table, as CSV on the Web defines them."""
+    return {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": path.name,
+        "dc:title": f"{table.study.directory.name}, seed {table.study.seed}",
+        "dc:provenance": f"{EXPORT_MARK} {__version__}",
+        "tableSchema": {
+            "primaryKey": list(KEY_COLUMNS),
+            "columns": [dict(_describe_column(column)) for column in table.columns],
+        },
+    }
+
+
+def _describe_column(column: Column) -> Iterator[tuple[str, str]]:
+    yield "name", column.name
+    yield "titles", column.name
+    yield "datatype", CSVW_DATATYPES.get(column.dtype.kind, "string")
+    yield "dc:description", column.meaning
+    if column.unit:
+        yield "schema:unitText", column.unit
+
+
+CSV: Final = ExportFormat(
+    name="csv",
+    content="a table with one row per condition, run, generation and agent; OUT-metadata.json has "
+    "units and meanings",
+    write=write_csv,
+    suffix=".csv",
+)
+
+
+def write_parquet(study: StudyStore, path: Path, *, force: bool = False) -> str:
+    """Write the table of a study row group by row group; return the number of runs as text."""
+    import pyarrow.parquet as pq
+
+    table = StudyTable(study)
+    require_writable("--out", path, EXPORT_MARK.encode(), force=force)
+    with (
+        atomic_path(path) as partial_path,
+        pq.ParquetWriter(partial_path, table.arrow_schema()) as writer,
+    ):
+        for rows in table.arrow_tables():
+            writer.write_table(rows)
+    return f"{path}: {table.n_runs:,} runs"
+
+
+PARQUET: Final = ExportFormat(
+    name="parquet",
+    content="the table of csv; the metadata of a column has its unit and meaning",
+    write=write_parquet,
+    suffix=".parquet",
+    library="pyarrow",
+    extra="exchange",
+)

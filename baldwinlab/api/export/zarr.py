@@ -77,10 +77,7 @@ def _require_new(path: Path) -> None:
 
 
 def _convert_texts(frame: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with texts of variable length.
-
-    The Zarr specification has no data type for texts of fixed length.
-    """
+    """Return texts of variable length, because Zarr has no type for texts of fixed length."""
     texts = {
         name: variable.astype(np.dtypes.StringDType())
         for name, variable in frame.variables.items()

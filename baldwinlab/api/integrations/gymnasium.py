@@ -41,10 +41,7 @@ METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": RE
 
 
 class SingleForager(gymnasium.Env[Numbers, Any]):
-    """The environment of the only agent of a world. See `single_env`.
-
-    `render_mode`: "rgb_array" for images, or None.
-    """
+    """The environment of the only agent of a world. See `single_env`."""
 
     metadata = METADATA
 

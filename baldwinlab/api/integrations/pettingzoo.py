@@ -16,11 +16,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from baldwinlab.api.integrations.steered_worlds import (
-    RENDER_FPS,
-    InvalidActionError,
-    SteeredWorlds,
-)
+from baldwinlab.api.integrations.steered_worlds import RENDER_FPS, InvalidActionError, SteeredWorlds
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.external_actions import Numbers

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Any, Final
 
 from markupsafe import Markup
 
-from baldwinlab.analysis.gallery.analysis import System, TimeToLevel
+from baldwinlab.analysis.gallery.analysis import TimeToLevel
 from baldwinlab.analysis.gallery.decisions import (
     COLUMNS,
     Decision,
@@ -32,7 +32,9 @@ from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
+from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 
 GALLERY_FILE: Final = "gallery.html"
 # One row per system and question.
@@ -42,12 +44,28 @@ PAPERS_FILE: Final = "papers.json"
 TITLE: Final = "Is there a Baldwin effect?"
 
 
-def publish_gallery(
-    folder: Path, out: Path, last: int, log: Callable[[str], None]
-) -> tuple[list[Entry], list[Decision]]:
+def compare_papers(
+    folder: Path, out: Path | None = None, *, last: int = 10, force: bool = False
+) -> Path:
+    """Write a page that compares all papers whose studies are in a folder, and return its path.
+
+    The function also writes into the folder: gallery.json and gallery.csv with one row per system
+    and question, papers.json with one record per paper, and figures/. No simulation runs.
+    """
+    page = out or folder / GALLERY_FILE
+    if out is not None:
+        require_writable("--out", page, REPORT_MARK.encode(), force=force)
+    entries, decisions = publish_gallery(folder, page, last)
+    for sentence in (*describe_table(entries, decisions), *explain_omissions(entries)):
+        console.info(sentence)
+    console.info(f"gallery: {page}")
+    return page
+
+
+def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], list[Decision]]:
     """Write the tables, the figure and the page of the papers whose studies are in a folder."""
-    entries = read_entries(folder, last, log)
-    log("deciding the questions")
+    entries = read_entries(folder, last)
+    console.info("deciding the questions")
     decisions = decide(
         {
             SystemName(entry.paper.name, system.condition): system.estimates
@@ -61,7 +79,7 @@ def publish_gallery(
     write_atomically(csv_file, to_csv(COLUMNS, rows))
     papers = [_entry_record(entry) for entry in entries]
     write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
-    log("drawing the figure")
+    console.info("drawing the figure")
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", times=_tabulate_times(entries))
     claims = render("gallery/claims.html", claims=_tabulate_claims(entries))
@@ -232,15 +250,14 @@ def _entry_record(entry: Entry) -> dict[str, Any]:
         "study": entry.directory.name,
         "runs": entry.runs,
         "claims": entry.claims,
-        "systems": [_system_record(system) for system in entry.systems],
-    }
-
-
-def _system_record(system: System) -> dict[str, Any]:
-    return {
-        "condition": system.condition,
-        "control": system.control or None,
-        "clock": _time_record(system.time_to_level) if system.time_to_level else None,
+        "systems": [
+            {
+                "condition": system.condition,
+                "control": system.control or None,
+                "clock": _time_record(system.time_to_level) if system.time_to_level else None,
+            }
+            for system in entry.systems
+        ],
     }
 
 

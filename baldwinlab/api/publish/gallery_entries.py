@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
+from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import is_local, is_study, quote_path
 from baldwinlab.experiment import ExperimentError
@@ -101,11 +102,11 @@ def count_most_runs(study: StudyStore) -> int:
     return max(len(study.runs(name)) for name in study.experiments)
 
 
-def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
+def read_entries(folder: Path, last: int) -> list[Entry]:
     """Read the results of all papers in a folder, sorted by year."""
     entries = []
     for name, study in find_studies(folder).items():
-        log(f"{study.location}: {name}")
+        console.info(f"{study.location}: {name}")
         entries.append(_read_entry(study, load_stored_paper(study.directory, name), last))
     return sorted(entries, key=lambda entry: (entry.paper.metadata.year, entry.paper.name))
 

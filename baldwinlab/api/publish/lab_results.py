@@ -1,49 +1,55 @@
-"""Results that the lab shows: curves, final values and typical runs, as plain data."""
+"""Results that the lab shows, as plain data, and their cache in `results.json` next to the report.
+
+The results are curves, final values and typical runs. The page draws the columns of its table "All
+runs" that `record_runs` describes; `_list_values` is the only list of these columns.
+
+Reading a large study takes seconds. The cache is valid only for the version of baldwinlab and the
+format that wrote it, and only for the same stored records.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any, Final
+import hashlib
+import json
+from math import isnan
+from typing import Any, Final, NamedTuple
 
+from baldwinlab._version import __version__
 from baldwinlab.analysis.assays.reaction_panels import ReactionPanel, make_reaction_panels
-from baldwinlab.analysis.results.contrasts import (
-    COMPARED_MEASURES,
-    Contrasts,
-    compare_final_values,
-    final_values,
-)
-from baldwinlab.analysis.results.table import (
-    HEADINGS,
-    describe_contrast,
-    describe_method,
-    list_cells,
-    summarize_contrasts,
-)
+from baldwinlab.analysis.results.contrasts import COMPARED_MEASURES, Contrasts, final_values
 from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
-from baldwinlab.api.publish.added_runs import instruction_of
-from baldwinlab.api.publish.run_table import DEFAULT_LAST, record_runs, to_list
-from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, record_contrasts
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import RESULTS_FILE, read_text
 from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
-from baldwinlab.experiment.outcome import combine_outcomes, describe_measures, name_food_outcome
+from baldwinlab.experiment.outcome import describe_measures, name_food_outcome
 from baldwinlab.studies.assays.results import read_assays
+from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.open import open_conditions, open_sample
-from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
+DEFAULT_LAST: Final = 10
+"""Default number of final generations of the report."""
+SORTED_COLUMN: Final = "mean"
+"""The column by which the table is sorted at first."""
+
+
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
+CACHE_FILE: Final = "results.json"
+FORMAT: Final = 3
+"""Number of the format of the results. It changes with their keys."""
+MAX_CONDITIONS: Final = 1000
+"""Larger studies have no cache, because the file would be slow to load."""
 
 
 def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
-    """Compute the results of all conditions that have a run.
-
-    `data`: the runs as `open_runs` returns them, if they are already loaded.
-    """
+    """Compute the results of all conditions with a run, from `data` if it has all of them."""
     names = [name for name in study.experiments if study.runs(name)]
     results: dict[str, Any] = {
         "conditions": names,
@@ -109,77 +115,18 @@ def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
     return {"mean": to_list(average), "low": to_list(low), "high": to_list(high)}
 
 
-def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a study, with one condition in memory at a time."""
-    study.require_runs()
-    require_baseline(study, baseline)
-    names = [name for name in study.experiments if study.runs(name)]
-    finals = [final_values(open_sample(study, [name]), last) for name in names]
-    combined = xr.concat(finals, "condition", join="outer")
-    combined.attrs["outcome"] = combine_outcomes({fitness.outcome(values) for values in finals})
-    return _compare_finals(study, combined, last, baseline)
-
-
 def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     """Return the comparisons that the report of the study shows, as plain data."""
     is_large_sweep = study.kind == SWEEP and not has_comparisons(study)
     if study.kind == MULTIVERSE or is_large_sweep:
         return record_contrasts(Contrasts("", DEFAULT_LAST, ()))
-    return record_contrasts(_compare_finals(study, final_values(data), DEFAULT_LAST))
-
-
-def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
-    """Return comparisons as plain data: numbers, and the texts of `results.table`.
-
-    Returns the sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
-    and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
-    """
-    rows = []
-    for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
-        row = replace_undefined(contrast.row())
-        texts = {"note": contrast.note, "sentence": describe_contrast(contrast)}
-        rows.append(row | texts | {"cells": cells})
-    return {
-        "summary": summarize_contrasts(contrasts),
-        "pairing": contrasts.pairing,
-        "too_few": contrasts.too_few,
-        "method": describe_method(contrasts),
-        "headings": dict(HEADINGS),
-        "rows": rows,
-    }
-
-
-def _compare_finals(
-    study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
-) -> Contrasts:
-    """Compare the conditions, or the points of a sweep."""
-    if study.kind == SWEEP:
-        return compare_points(study, finals, last, baseline)
-    factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
-    contrasts = compare_final_values(finals, factors, last, baseline)
-    return replace(contrasts, instruction=instruction_of(study))
-
-
-def require_baseline(study: StudyStore, baseline: str) -> None:
-    """Raise StudyError unless the baseline condition has a run. Accept the baseline "".
-
-    `baseline`: the name of the baseline condition, or "" for the default.
-    """
-    if baseline:
-        study.experiment(baseline)
-        if not study.runs(baseline):
-            raise StudyError(
-                f"baseline {baseline!r}: {study.location} has no finished run of this condition"
-            )
+    return record_contrasts(compare_finals(study, final_values(data), DEFAULT_LAST))
 
 
 def read_run_curves(
     study: StudyStore, condition: str, measure: str
 ) -> dict[str, list[float | None]]:
-    """Return the curve of every run of a condition.
-
-    Returns one value per generation, by run.
-    """
+    """Return the curve of every run of a condition: one value per generation, by run."""
     if measure not in fitness.MEASURES:
         raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
     runs = study.runs(condition)
@@ -197,10 +144,7 @@ def read_run_curves(
 
 
 def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
-    """Return the reaction norms of a study: medians over runs with their intervals.
-
-    Returns the unit of fitness, and one panel per varied setting and map. Plain data for JSON.
-    """
+    """Return the reaction norms: the unit of fitness, and a panel per varied setting and map."""
     assays = read_assays(study, ["reaction"])
     if not assays:
         return {"unit": "", "panels": []}
@@ -228,14 +172,12 @@ def _summarize_norms(panel: ReactionPanel) -> dict[str, dict[str, list[float | N
 
 
 def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
-    """Return the factors, or the settings of a sweep, that differ between conditions.
-
-    Returns one value per condition, by factor or setting.
-    """
+    """Return the factors, or swept settings, that differ: a value per condition, by factor."""
     columns: dict[str, list[Any]]
     if study.kind == SWEEP:
+        positions = {name: position for position, name in enumerate(study.experiments)}
         columns = {
-            field: _select_values(study, names, values)
+            field: [values[positions[name]] for name in names]
             for field, values in settings_by_label(study).items()
         }
     else:
@@ -246,7 +188,90 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
     return {name: values for name, values in columns.items() if len(set(values)) > 1}
 
 
-def _select_values(study: StudyStore, names: list[str], values: list[Any]) -> list[Any]:
-    """Return the values of the named conditions, from values of all conditions of the study."""
-    value_by_name = dict(zip(study.experiments, values, strict=True))
-    return [value_by_name[name] for name in names]
+def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
+    """Write the results of a study to its cache, unless it has too many conditions."""
+    if len(study.experiments) > MAX_CONDITIONS:
+        return
+    record = {
+        "version": __version__,
+        "format": FORMAT,
+        "records": digest_records(study),
+        "results": compute_results(study, data),
+    }
+    text = json.dumps({"checksum": _checksum(record), **record})
+    write_atomically(study.directory / CACHE_FILE, text.encode())
+
+
+def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
+    """Return the cached results, or None if the cache is missing, damaged or out of date."""
+    try:
+        record = json.loads(read_text(study.directory / CACHE_FILE, RESULTS_FILE))
+        checksum = record.pop("checksum")
+        is_valid = (
+            record["version"] == __version__
+            and record["format"] == FORMAT
+            and record["records"] == digest_records(study)
+            and checksum == _checksum(record)
+        )
+        return dict(record["results"]) if is_valid else None
+    # The file is missing, or another program wrote it.
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _checksum(record: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(record).encode()).hexdigest()
+
+
+class ValueColumn(NamedTuple):
+    """A column with one number per run."""
+
+    title: str
+    values: xr.DataArray  # [condition, run]
+
+
+def _list_values(data: xr.Dataset) -> dict[str, ValueColumn]:
+    """Return the columns with a number, by key. The key is also the heading of the CSV file."""
+    return {
+        measure: ValueColumn(f"{text['name']}, {text['axis']}", fitness.final(data, measure))
+        for measure, text in describe_measures(fitness.outcome(data)).items()
+    }
+
+
+def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
+    """Return the table as plain data: `columns`, `rows` by key of the column, and texts.
+
+    `order` of a column is that of the first click on its heading. An undefined number is None.
+    """
+    numbers = _list_values(data)
+    rows: list[dict[str, Any]] = []
+    for name in data["condition"].values.tolist():
+        runs = sample_runs(study, name)
+        values = [
+            to_list(column.values.sel(condition=name, run=runs)) for column in numbers.values()
+        ]
+        rows += [
+            {"condition": name, "run": run, **dict(zip(numbers, row, strict=True))}
+            for run, *row in zip(runs, *values, strict=True)
+        ]
+    return {
+        "note": f"averaged over the last {DEFAULT_LAST} generations",
+        "columns": [
+            _describe_column("condition", "condition", "text"),
+            _describe_column("run", "run", "text"),
+            *(_describe_column(key, column.title, "number") for key, column in numbers.items()),
+        ],
+        "sorted": SORTED_COLUMN,
+        "rows": rows,
+    }
+
+
+def _describe_column(key: str, title: str, cell_format: str) -> dict[str, str]:
+    """Return a column as the page draws it: the largest number is first, and the first name."""
+    order = "descending" if cell_format == "number" else "ascending"
+    return {"key": key, "title": title, "format": cell_format, "order": order}
+
+
+def to_list(values: xr.DataArray) -> list[float | None]:
+    """Return the values as a list, with None for NaN."""
+    return [None if isnan(value) else value for value in values.values.tolist()]

@@ -67,7 +67,10 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
     if not is_sweep and not 0 < len(names) <= MAX_CONDITIONS:
         raise ValueError(f"a figure has 1 to {MAX_CONDITIONS} conditions, not {len(names)}")
     data = fitness.cache_measures(open_sample(study, names))
-    drawn = _draw_responses(study, data) if is_sweep else _draw_conditions(study, data, name)
+    if is_sweep:
+        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))
+    else:
+        drawn = _draw_conditions(study, data, name)
     runs = format_range(count_runs(data).values())
     # The path "." has no name.
     title = study.directory.resolve().name
@@ -76,10 +79,6 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
         caption=f"{title}, {runs} runs per condition. {drawn.caption}",
         table=[{**row, "runs": runs} for row in drawn.table],
     )
-
-
-def _draw_responses(study: StudyStore, data: xr.Dataset) -> ReportFigure:
-    return next(section.draw_figures(compute_finals(label_points(study, data))))
 
 
 def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str) -> ReportFigure:

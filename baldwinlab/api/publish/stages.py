@@ -21,12 +21,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import is_study
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers import Paper
-from baldwinlab.papers.design import (
-    FROZEN_FILE,
-    SPECIFICATIONS_FOLDER,
-    Design,
-    digest_files,
-)
+from baldwinlab.papers.design import FROZEN_FILE, SPECIFICATIONS_FOLDER, Design, digest_files
 from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.store import StudyStore

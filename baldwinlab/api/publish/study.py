@@ -1,10 +1,10 @@
-"""Write the statistics, figures and report of a stored study."""
+"""Write the statistics, figures and report of a stored study, of a sweep, and of a multiverse."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -16,40 +16,55 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics
 from baldwinlab.analysis.estimands import trait_changes_section
-from baldwinlab.analysis.estimands.trait_changes import (
-    TraitChanges,
-    find_obstacle,
-    measure_changes,
-)
+from baldwinlab.analysis.estimands.trait_changes import TraitChanges, find_obstacle, measure_changes
 from baldwinlab.analysis.multiverse import section as multiverse_section
-from baldwinlab.analysis.multiverse.analysis import STANDARD
-from baldwinlab.analysis.multiverse.files import read_multiverse
+from baldwinlab.analysis.multiverse.analysis import STANDARD, evaluate_variant, list_claims
+from baldwinlab.analysis.multiverse.files import read_multiverse, write_multiverse
+from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
+from baldwinlab.analysis.multiverse.section import compose_lead
 from baldwinlab.analysis.report.content import count_runs
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
-from baldwinlab.analysis.report.sections import Section
+from baldwinlab.analysis.report.sections import Section, write_page
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.study import draw_report, write_report
-from baldwinlab.analysis.results.contrasts import Contrasts, compare_conditions
+from baldwinlab.analysis.results.contrasts import (
+    COMPARED_MEASURES,
+    COMPARISON_COLUMNS,
+    Contrasts,
+    compare_conditions,
+)
 from baldwinlab.analysis.stages import section as stages_section
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.fitness import add_unseen_maps
-from baldwinlab.api.publish import results_cache
-from baldwinlab.api.publish.added_runs import instruction_of
-from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
+from baldwinlab.analysis.sweeps.analysis import compute_finals, write_responses
+from baldwinlab.analysis.sweeps.section import link_points, write_sweep_report
+from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, instruction_of
+from baldwinlab.api.publish.lab_results import cache_results
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.stages import describe_size, read_staged_results
+from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.papers import Paper
 from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
+from baldwinlab.studies.multiverse import group_by_variant
 from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run import Progress
+from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.status import provenance, write_claims
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.design import label_points
 
-NO_PAIRS = "No two successive generations of the stored assay innate have values of the trait."
+MULTIVERSE_FILE: Final = "multiverse.json"
+# Folders of multiverses in a study of the paper. The report shows the first existing folder.
+MULTIVERSE_FOLDERS: Final = ("multiverse-full", "multiverse")
+NO_PAIRS: Final = (
+    "No two successive generations of the stored assay innate have values of the trait."
+)
 
 
 class Published(NamedTuple):
@@ -61,24 +76,17 @@ class Published(NamedTuple):
     write: Callable[[], object]
 
 
-def publish_study(
-    plan: ReportPlan,
-    log: Callable[[str], None],
-    progress: Callable[[str, int, str], Progress],
-) -> Published:
+def publish_study(plan: ReportPlan) -> Published:
     """Write the results, figures and report of a study of conditions.
 
     The files are claims.json, statistics.csv, summary.csv, results.json, the figures and the
     report.
-
-    `progress`: `progress(description, total, unit)` returns a context manager; its value is called
-    with the number of files that are read.
     """
     study = plan.study
     study.require_runs()
     unseen_maps = read_assays(study, [UNSEEN_MAPS]).get(UNSEEN_MAPS, {})
     n_files = sum(len(study.files(name)) for name in study.experiments)
-    with progress("reading", n_files, "files") as report_file:
+    with console.progress("reading", n_files, "files") as report_file:
         data = open_sample(study, list(study.experiments), report_file)
     data = fitness.cache_measures(data)
     data = add_unseen_maps(data, unseen_maps)
@@ -90,7 +98,7 @@ def publish_study(
     paper_name = plan.paper.name if plan.paper else ""
     write_claims(study, claim_records(results, paper_name, study.changes))
     write_statistics(results, data, study.directory, plan.last, contrasts.rows)
-    log("drawing the figures")
+    console.info("drawing the figures")
     report = ReportData(
         directory=study.directory,
         data=data,
@@ -100,7 +108,9 @@ def publish_study(
         provenance=provenance(study),
         last=plan.last,
         paper=plan.paper,
-        appearances=_describe_appearances(plan),
+        appearances={
+            name: describe_appearance(study.experiments[name]).to_dict() for name in plan.replayable
+        },
         contrasts=contrasts,
         model_measures=samples.model_measures() if samples else (),
         variants=describe_variants(study.experiments, plan.paper),
@@ -115,7 +125,7 @@ def publish_study(
         _write_report(plan, report, template_values, standard)
 
     write()
-    results_cache.cache_results(study, data)
+    cache_results(study, data)
     return Published(results, contrasts, write)
 
 
@@ -181,14 +191,6 @@ def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | No
     counts = count_runs(report.data).values()
     verdicts = {result.claim.id: result.verdict for result in report.results}
     return multiverse_section.StandardStudy(verdicts, (min(counts), max(counts)))
-
-
-def _describe_appearances(plan: ReportPlan) -> dict[str, dict[str, Any]]:
-    """Return the appearances of the conditions that can be replayed."""
-    return {
-        name: describe_appearance(plan.study.experiments[name]).to_dict()
-        for name in plan.replayable
-    }
 
 
 def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
@@ -266,3 +268,81 @@ def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr
         dims=("run", "agent", "gene"),
         coords={"run": innate["run"], "generation": last_generation},
     )
+
+
+def publish_sweep(plan: ReportPlan) -> Contrasts:
+    """Write responses.csv, statistics.csv, results.json, the figures and the report of a sweep."""
+    study = plan.study
+    study.require_runs()
+    data = open_sample(study, list(study.experiments))
+    console.info_if_any(format_sample_sentence(study))
+    finals = compute_finals(label_points(study, data), plan.last)
+    write_responses(finals, study.directory)
+    contrasts = _compare_points(plan, finals)
+    rows = [contrast.row() for contrast in contrasts.rows]
+    write_atomically(study.directory / "statistics.csv", to_csv(COMPARISON_COLUMNS, rows))
+    console.info("drawing the figures")
+    experiments = study.experiments.values()
+    links = link_points(
+        finals, [*study.experiments], [point.evolution.generations for point in experiments]
+    )
+    write_sweep_report(
+        study.directory,
+        finals,
+        provenance(study),
+        plan.out,
+        plan.last,
+        contrasts=contrasts,
+        links=links,
+    )
+    cache_results(study, data)
+    return contrasts
+
+
+def _compare_points(plan: ReportPlan, finals: xr.Dataset) -> Contrasts:
+    """Return the comparisons of the points. A large sweep has none."""
+    study = plan.study
+    if not has_comparisons(study):
+        return Contrasts("", plan.last, ())
+    by_condition = finals[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
+    by_condition = by_condition.assign_coords(condition=list(study.experiments))
+    return compare_finals(study, by_condition, plan.last, plan.baseline)
+
+
+def publish_multiverse(plan: ReportPlan) -> Multiverse:
+    """Write multiverse.json, results.json, the figures and the page of variants with runs."""
+    study = plan.study
+    study.require_runs()
+    paper = plan.paper
+    assert paper is not None, "the plan of a multiverse has a paper"
+    variants = _evaluate_variants(study, paper, plan.last)
+    multiverse = Multiverse(
+        seed=study.seed,
+        last=plan.last,
+        claims=list_claims(paper),
+        variants=tuple(variants),
+        source=paper.metadata.source,
+    )
+    write_multiverse(multiverse, study.directory / MULTIVERSE_FILE)
+    console.info("drawing the figures")
+    figures = study.directory / "figures"
+    sections = [multiverse_section.make_section(multiverse, figures)]
+    title = "Claims of the paper under all variants"
+    write_page(title, compose_lead(multiverse), sections, plan.out, figures)
+    cache_results(study)
+    return multiverse
+
+
+def _evaluate_variants(study: StudyStore, paper: Paper, last: int) -> list[VariantResult]:
+    results = []
+    console.info_if_any(format_sample_sentence(study))
+    groups = group_by_variant(study.factors, paper)
+    with console.progress("evaluating the claims", len(groups), "variants") as advance:
+        for variant, conditions in groups.items():
+            data = open_sample(study, list(conditions))
+            if data.sizes["run"]:
+                # Claims name the conditions of the paper, without the variant.
+                data = data.assign_coords(condition=list(conditions.values()))
+                results.append(evaluate_variant(data, variant, last, paper))
+            advance(1)
+    return results

@@ -94,7 +94,7 @@ class ComparisonPlan(NamedTuple):
     def describe_too_few_runs(self) -> str:
         """Return sentences if no verdict is possible with these runs, else ""."""
         # This import takes time.
-        from baldwinlab.api.publish.sweep_comparison import MAX_COMPARED_POINTS, describe_planned
+        from baldwinlab.api.publish.comparisons import MAX_COMPARED_POINTS, describe_planned
 
         if self.kind == SWEEP and len(self.experiments) > MAX_COMPARED_POINTS:
             return ""

@@ -18,8 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.api.freezer import encode_agents
-from baldwinlab.api.frozen_genomes import choose_experiment, read_genome_file
+from baldwinlab.api.freezer import choose_experiment, encode_agents, read_genome_file
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import FREEZE_MARK, STUDY_FILE_NAME, enclosing_study, has_mark, is_study

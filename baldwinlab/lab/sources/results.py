@@ -29,12 +29,12 @@ def load_results(lab: Lab, query: Query) -> bytes:
     date. If the claims are not valid, `problem` contains the error.
     """
     # This import takes time.
-    from baldwinlab.api.publish import lab_results, results_cache
+    from baldwinlab.api.publish import lab_results
 
     study = find_study(lab, read_text(query, "study"))
     record_paths = [file.path for condition in study.experiments for file in study.files(condition)]
     claims_path = study.directory / CLAIMS_FILE
-    cache_path = study.directory / results_cache.CACHE_FILE
+    cache_path = study.directory / lab_results.CACHE_FILE
     sweep_path = study.directory / sweeps.SWEEP_FILE_NAME
     for path in (cache_path, sweep_path):
         require_inside(lab.root, path)
@@ -42,7 +42,7 @@ def load_results(lab: Lab, query: Query) -> bytes:
     versions = read_versions(lab.root, [*record_paths, claims_path])
 
     def make() -> dict[str, Any]:
-        results = results_cache.load_cached_results(study) or lab_results.compute_results(study)
+        results = lab_results.load_cached_results(study) or lab_results.compute_results(study)
         return results | _read_claims_or_error(study)
 
     return lab.cache.get_json(("results", study.directory, versions), make)

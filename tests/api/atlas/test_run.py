@@ -13,14 +13,11 @@ import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
 from baldwinlab.analysis.estimands.questions import estimate
-from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas, write_article
-from baldwinlab.api.atlas import cells as cells_module
 from baldwinlab.api.atlas import run as run_module
-from baldwinlab.api.atlas.cells import CellTask, choose_generations
-from baldwinlab.api.atlas.publish import read_results
-from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.atlas.publish import publish_atlas, read_results, write_article
+from baldwinlab.api.atlas.run import AtlasRequest, CellTask, choose_generations, run_atlas
 from baldwinlab.api.run_options import RunOptions
-from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.api.run_study import StudyRequest, run_missing, run_missing_assays
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers import presets
@@ -80,7 +77,7 @@ def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> N
 
 def test_progress_adds_up_and_runs_are_independent(tmp_path: Path) -> None:
     both = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
-    with patch.object(cells_module, "MAX_RECORDED_AGENTS", 1):
+    with patch.object(run_module, "MAX_RECORDED_AGENTS", 1):
         separate = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
     xr.testing.assert_identical(both, separate)
     # Progress adds up to the announced agent steps.

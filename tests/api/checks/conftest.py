@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from baldwinlab.experiment import registry
 
 
 @pytest.fixture
@@ -17,15 +15,12 @@ def without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def write_part(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
-    """Write a file with parts. The parts are removed from the registry after the test."""
-    before = registry.custom_parts()
+def write_part(tmp_path: Path) -> Callable[[str], Path]:
+    """Write a file with parts."""
 
     def write(text: str) -> Path:
         path = tmp_path / "part.py"
         path.write_text(text, "utf-8")
         return path
 
-    yield write
-    for kind, name in registry.custom_parts().keys() - before.keys():
-        registry.remove(kind, name)
+    return write

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import baldwinlab as bl
@@ -19,6 +20,7 @@ from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
 from tests.oracles.parts import check_built_in_parts
 
+Write = Callable[[str], Path]
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "parts").glob("*.py"))
 CHECKED = [name for name in REQUIREMENTS if name not in ("speed", "simulator")]
 
@@ -41,7 +43,7 @@ INCREASE_WEIGHT = "put(state.weights, 0, lane, get(state.weights, 0, lane) + np.
 
 
 @pytest.fixture
-def write(write_part: Callable[[str], Path]) -> Any:
+def write(write_part: Write) -> Any:
     """Write a file with a learning rule. By default, the first weight increases."""
 
     def write(learn: str = INCREASE_WEIGHT, **changes: str) -> Path:
@@ -154,10 +156,7 @@ def test_a_read_of_a_neighbor_through_a_global_function_fails(
             "calculates in float64: an integer and a float32 make a float64; write np.float32",
             marks=pytest.mark.nightly,
         ),
-        (
-            "np.float32(np.random.random())",
-            "draws random numbers that do not depend on the seed",
-        ),
+        ("np.float32(np.random.random())", "draws random numbers that do not depend on the seed"),
     ],
     ids=["library", "constant", "integer", "random numbers"],
 )
@@ -275,3 +274,49 @@ def test_the_command_prints_the_failure_and_exits_with_1(write: Any, command: Co
         assert done.code == status
     message = "does not hold: its fields have limits and a description: MyRule.share"
     assert message in done.out + done.err
+
+
+SENSE = """
+import numpy as np
+from baldwinlab.parts import Sense, per_agent
+
+class Height(Sense, name="height"):
+    inputs = ("height",)
+    sectors = (None,)
+    is_continuous = True
+
+    @staticmethod
+    def measure(part, model, state, world, agent):
+        lane = world * model.agents + agent
+        state.activations[part.first_input, lane] = {measured}
+
+    @staticmethod
+    def oracle(part, agent, items, naive):
+        return [{expected}]
+"""
+CORRECT = "state.positions[1, lane] / model.height"
+
+
+def sense_failures(
+    write_part: Write, measured: str, expected: str = "agent.y / naive.height"
+) -> str:
+    path = write_part(SENSE.format(measured=measured, expected=expected))
+    # The words of the random number generator overflow by design.
+    with np.errstate(all="ignore"):
+        return failures(path, "fields", "isolation", "oracle")
+
+
+@pytest.mark.usefixtures("without_compilation")
+def test_an_input_can_be_any_finite_number_that_agrees_with_the_oracle(write_part: Write) -> None:
+    assert sense_failures(write_part, CORRECT) == ""
+    assert sense_failures(write_part, "-state.positions[1, lane]", "-agent.y") == ""
+    is_infinite = sense_failures(write_part, "np.float32(np.inf)", "float('inf')")
+    assert "each must be a finite number" in is_infinite
+    assert "and by the oracle" in sense_failures(write_part, f"np.float32(0.99) * {CORRECT}")
+
+
+def test_a_sense_that_reads_a_neighbor_is_refused_before_it_runs(write_part: Write) -> None:
+    neighbor = "state.positions[1, lane + 1] / model.height"
+    path = write_part(SENSE.format(measured=neighbor, expected="0.0"))
+    with pytest.raises(PartError, match=r"Height\.measure reads or writes other agents"):
+        load_file(path)

@@ -1,4 +1,4 @@
-"""Worlds as environments: checks of Gymnasium and PettingZoo, comparisons with the engine."""
+"""Worlds as environments: checks of Gymnasium, PettingZoo and their clients, and of the engine."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from baldwinlab.api.integrations.steered_worlds import InvalidActionError
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.models.miniworld.external_actions import SteeredBatch
+from tests.api.integrations.rl_clients import run_client
 from tests.worlds import make_small_experiment
 
 EXPERIMENT = make_small_experiment("evo")
@@ -312,3 +313,21 @@ def test_without_the_libraries_the_error_names_the_extra(
     monkeypatch.delitem(sys.modules, "baldwinlab.api.integrations.pettingzoo", raising=False)
     with pytest.raises(RefusedError, match=re.escape(installation_command("rl"))):
         _ = bl.parallel_env
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("start_method", ["spawn", "forkserver", "fork"])
+def test_stable_baselines_trains_in_two_processes(start_method: str) -> None:
+    assert run_client("train", start_method) == 2_000
+
+
+@pytest.mark.nightly
+def test_supersuit_steps_two_worlds_in_two_processes() -> None:
+    result = run_client("supersuit")
+    # Two worlds of four agents, each with three frames of three inputs. One lifetime ends.
+    assert result == {"shape": [8, 9], "ends": 8}
+
+
+@pytest.mark.nightly
+def test_gymnasium_records_a_video_and_opens_a_window(tmp_path: Path) -> None:
+    assert run_client("video", tmp_path) == ["rl-video-episode-0.mp4"]

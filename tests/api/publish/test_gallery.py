@@ -14,7 +14,7 @@ import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.decisions import COLUMNS, VERDICTS
-from baldwinlab.api.gallery import compare_papers
+from baldwinlab.api.publish.gallery import compare_papers
 from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.core.errors import RefusedError
 from tests.commands import Command

@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.sweep import sweep as run_sweep
+from baldwinlab.api.run import sweep as run_sweep
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.sources import comparison_plan
 from baldwinlab.lab.sources.comparison_plan import make_comparison_plan

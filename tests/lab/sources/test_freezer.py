@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.frozen_genomes import read_genome_file
+from baldwinlab.api.freezer import read_genome_file
 from baldwinlab.lab.sources.freezer import MAX_FILE_BYTES
 from tests.lab.client import CLIENT, LabServer, get_json
 from tests.lab.conftest import run_server

@@ -14,7 +14,7 @@ import pytest
 from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.api.publish import lab_results, results_cache
+from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
@@ -198,17 +198,17 @@ def test_results_are_stored_with_the_report_and_used_while_they_are_current(
 ) -> None:
     study = make_small_study(tmp_path / "it", runs=1)
     stored_results = results.load_results(Lab(tmp_path, Live()), {"study": "it"})
-    results_cache.cache_results(study)
+    lab_results.cache_results(study)
     with monkeypatch.context() as patch:
         # Without this function, the results cannot be computed again.
         patch.setattr(lab_results, "compute_results", None)
         assert results.load_results(Lab(tmp_path, Live()), {"study": "it"}) == stored_results
-    cache = tmp_path / "it" / results_cache.CACHE_FILE
+    cache = tmp_path / "it" / lab_results.CACHE_FILE
     renamed = cache.read_bytes().replace(b'"typical_run"', b'"typical_ran"')
     for content in (b"{", b"[1]", renamed):
         cache.write_bytes(content)
         assert results.load_results(Lab(tmp_path, Live()), {"study": "it"}) == stored_results
-    results_cache.cache_results(study)
+    lab_results.cache_results(study)
     study.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
     new_results = json.loads(results.load_results(Lab(tmp_path, Live()), {"study": "it"}))
     rows = [(row["condition"], row["run"]) for row in new_results["runs"]["rows"]]

@@ -6,8 +6,8 @@ import pytest
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays, planned_tests
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
-from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import run_missing_assays
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import NO_NEED
 from baldwinlab.papers.presets import load
@@ -60,7 +60,7 @@ def test_insufficient_memory_is_reported_before_the_simulation(
 ) -> None:
     monkeypatch.setattr("baldwinlab.core.resources.available_memory", lambda: 1000)
     monkeypatch.setattr(
-        "baldwinlab.api.run_assays.find_missing_assays",
+        "baldwinlab.api.run_study.find_missing_assays",
         lambda *arguments: APPLICABLE,
     )
     with pytest.raises(

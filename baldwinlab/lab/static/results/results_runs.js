@@ -6,7 +6,7 @@ import { createFreezerButton } from "../world/freezer_button.js";
 import { formatLifetimeAddress, isViewable } from "../core/sources.js";
 
 /**
- * @typedef {object} Column of the table, as `run_table.py` describes it
+ * @typedef {object} Column of the table, as `lab_results.py` describes it
  * @property {string} key
  * @property {string} title
  * @property {"text"|"number"} format

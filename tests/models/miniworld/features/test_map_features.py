@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.oracles import make_naive
 from baldwinlab.api.checks.reference import Item
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError

@@ -12,7 +12,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup, part_values
-from baldwinlab.api.checks.oracle_steps import make_naive, record_steps
+from baldwinlab.api.checks.oracles import make_naive, record_steps
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine import poison
 from baldwinlab.engine.rng import DRIFT, philox

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.oracles import make_naive
 from baldwinlab.api.checks.reference import Agent, Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign

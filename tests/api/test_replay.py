@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.api.frozen_genomes import read_frozen
+from baldwinlab.api.freezer import read_frozen
 from baldwinlab.api.replay import replay_frozen
 from baldwinlab.core.errors import BaldwinLabError
 from tests.commands import Command
