@@ -22,11 +22,10 @@ from baldwinlab.core.files import (
     read_bytes,
     require_writable,
 )
+from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.core.suggestions import suggest
 from baldwinlab.evolution import Genome
-from baldwinlab.evolution.finite import find_faulty_gene
-from baldwinlab.evolution.genes import require_genes_in_range
+from baldwinlab.evolution.genes import find_faulty_gene, require_genes_in_range
 from baldwinlab.evolution.genome_file import (
     StoredGenomes,
     arrange_genomes,

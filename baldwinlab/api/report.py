@@ -27,11 +27,9 @@ from baldwinlab.core.files import REPORT_MARK, is_local, require_writable, short
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE, SWEEP
-from baldwinlab.papers import Paper, PaperError, load, load_stored_paper
-from baldwinlab.papers.checks import require_existing_names
+from baldwinlab.papers import Paper, PaperError, load, load_stored_paper, require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
-from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run_samples import format_sample_sentence
+from baldwinlab.studies.open import format_sample_sentence, open_sample
 from baldwinlab.studies.status import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 

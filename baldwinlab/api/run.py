@@ -20,8 +20,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import BaseExperiment, assign
-from baldwinlab.experiment.conditions import Factors
-from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.conditions import SWEEP, Factors
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
@@ -30,8 +29,8 @@ from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origi
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import read_sweep, validate_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
-from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -30,11 +30,9 @@ from baldwinlab.models.miniworld.backends.choice import (
 )
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
-from baldwinlab.studies.assays.catalog import get_assays, not_applicable_reasons
-from baldwinlab.studies.assays.memory import estimate_assays
-from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.catalog import estimate_assays, get_assays, not_applicable_reasons
+from baldwinlab.studies.assays.results import assay_path, find_missing_assays
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
-from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.creation import (
     create_study,
@@ -43,9 +41,9 @@ from baldwinlab.studies.creation import (
     remove_if_refused,
 )
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
+from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
-from baldwinlab.studies.run_samples import format_sample_sentence, sample_runs
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
 

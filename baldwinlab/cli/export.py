@@ -25,8 +25,7 @@ from baldwinlab.cli.options import Assignments, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import EXPORT_MARK, is_study, require_writable
+from baldwinlab.core.files import EXPORT_MARK, is_study, parse_location, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, load_with_origin

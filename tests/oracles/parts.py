@@ -13,30 +13,6 @@ from typing import Any, Final
 from baldwinlab.api.checks import REQUIREMENTS, CheckFinding, check_part, check_requirement
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.experiment import registry
-from baldwinlab.models.cell_foragers import FewMutations
-from baldwinlab.models.cue_learners import OnePointOfUnits
-from baldwinlab.models.discrete_variation import FourBitWeights
-from baldwinlab.models.lattice_walkers import LatticeSteps, MutantFixation
-from baldwinlab.models.miniworld.behavior_fitness import Novelty
-from baldwinlab.models.miniworld.bodies import Continuous, Grid, Stay, Walker
-from baldwinlab.models.miniworld.learning.hebbian import (
-    ABCD,
-    EvolvedABCD,
-    EvolvedModulated,
-    Modulated,
-)
-from baldwinlab.models.miniworld.learning.teachers import (
-    Imitation,
-    RandomTargets,
-    SelfTaught,
-    Supervised,
-)
-from baldwinlab.models.miniworld.senses.other_agents import (
-    Neighbours,
-    SpeciesInSight,
-    SpeciesNearness,
-)
-from baldwinlab.models.miniworld.senses.rays import FoodRays, Rays
 from tests.oracles import (
     bodies,
     breeding,

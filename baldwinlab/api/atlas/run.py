@@ -28,7 +28,7 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.core.numbers import require_whole_number
-from baldwinlab.core.record_batches import select_record
+from baldwinlab.core.records import select_record
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import SWEEP
@@ -39,8 +39,7 @@ from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays import innate
-from baldwinlab.studies.assays.assay import LIFE_KINDS, Sample
+from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused

@@ -37,15 +37,14 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import list_parts, make_model, make_state
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.models.miniworld.state_arrays import list_parts
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
+from baldwinlab.parts.learning_rules import Synapse
 from baldwinlab.parts.networks import Training
 from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
-from baldwinlab.parts.synapses import Synapse
 from baldwinlab.parts.world_features import LineOfSight
 from baldwinlab.simulation.simulate import simulate_batch
 

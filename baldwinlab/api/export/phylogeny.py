@@ -27,8 +27,7 @@ from baldwinlab.api.agents import select_condition
 from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
-from baldwinlab.core.files import require_writable
-from baldwinlab.core.output_paths import EXPORT_MARK
+from baldwinlab.core.files import EXPORT_MARK, require_writable
 from baldwinlab.evolution import Genome, Parents, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species

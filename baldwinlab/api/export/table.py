@@ -23,8 +23,7 @@ from baldwinlab._version import __version__
 from baldwinlab.api.export.formats import ExportFormat, require_library
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.file_writing import atomic_path, write_atomically
-from baldwinlab.core.files import EXPORT_MARK
-from baldwinlab.core.output_paths import require_writable
+from baldwinlab.core.files import EXPORT_MARK, require_writable
 from baldwinlab.core.records import without_genomes
 from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
 from baldwinlab.experiment.conditions import SWEEP, factor_coordinates

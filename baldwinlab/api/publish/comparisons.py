@@ -25,13 +25,13 @@ from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import quote_path
-from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors
+from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors
 from baldwinlab.experiment.outcome import combine_outcomes
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, name_points
-from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 
 SWEEP_INSTRUCTION: Final = (
     "To add runs, set runs = {runs} in the file of the sweep, and repeat the command."

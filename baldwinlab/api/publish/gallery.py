@@ -34,7 +34,7 @@ from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
-from baldwinlab.core.output_paths import REPORT_MARK, require_writable
+from baldwinlab.core.files import REPORT_MARK, require_writable
 
 GALLERY_FILE: Final = "gallery.html"
 # One row per system and question.

@@ -27,9 +27,8 @@ from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_measures, name_food_outcome
 from baldwinlab.studies.assays.results import read_assays
-from baldwinlab.studies.claims_file import digest_records
-from baldwinlab.studies.open import open_conditions, open_sample
-from baldwinlab.studies.run_samples import sample_runs
+from baldwinlab.studies.open import open_conditions, open_sample, sample_runs
+from baldwinlab.studies.status import digest_records
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 

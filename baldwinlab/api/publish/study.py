@@ -53,8 +53,7 @@ from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays.results import read_assays
 from baldwinlab.studies.assays.unseen_maps import UNSEEN_MAPS
 from baldwinlab.studies.multiverse import group_by_variant
-from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run_samples import format_sample_sentence
+from baldwinlab.studies.open import format_sample_sentence, open_sample
 from baldwinlab.studies.status import provenance, write_claims
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points

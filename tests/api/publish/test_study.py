@@ -8,8 +8,6 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from baldwinlab.studies.file_content import FileContent, open_file
-from baldwinlab.studies.sweeps.file import validate_sweep
 
 import baldwinlab as bl
 from baldwinlab.api.publish.comparisons import are_compared, describe_too_few_runs
@@ -18,7 +16,9 @@ from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
 from baldwinlab.studies.assays.results import encode_assay
 from baldwinlab.studies.record_files import RecordFile
+from baldwinlab.studies.recorded_arrays import FileContent, open_file
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps import validate_sweep
 from tests.analysis.assays.artificial_assays import (
     AGENTS,
     GENERATIONS,

@@ -28,7 +28,7 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.inheritance import Darwinian
-from baldwinlab.evolution.neutral_selection import Neutral, is_neutral_control
+from baldwinlab.evolution.proportional_selection import Neutral, is_neutral_control
 from baldwinlab.models.miniworld.declarations import Setting, find_sources
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.state import MiniWorldModel

@@ -53,8 +53,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.learning_rules import Synapse, SynapticRule, compute_change
-from baldwinlab.parts.synapses import for_each_synapse
+from baldwinlab.parts.learning_rules import Synapse, SynapticRule, compute_change, for_each_synapse
 
 FOUR = np.float32(4)
 # Numbers of the rules, for compiled code.
