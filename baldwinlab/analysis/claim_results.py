@@ -9,19 +9,22 @@ from math import nan
 from typing import Any
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.results.families import FamilyTest
+from baldwinlab.analysis.results.numbers import finite_or_none, replace_undefined
 from baldwinlab.analysis.results.verdicts import (
     TOO_FEW_RUNS,
     UNDECIDED,
     VERDICTS,
+    FamilyTest,
     Verdict,
     combine_verdicts,
     has_enough_runs,
 )
-from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
-from baldwinlab.analysis.statistics.power import describe_required_runs, interval_runs
-from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS
-from baldwinlab.analysis.statistics.stability import MIN_STABILITY
+from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY
+from baldwinlab.analysis.statistics.significance import (
+    MIN_INTERVAL_RUNS,
+    describe_required_runs,
+    interval_runs,
+)
 from baldwinlab.papers.claims import Claim, ClaimComparison
 from baldwinlab.papers.rules import RULES, Rule
 

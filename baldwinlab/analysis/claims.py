@@ -18,13 +18,12 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS, Contrast
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
-from baldwinlab.analysis.results.verdicts import decide
-from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.results.numbers import to_csv
+from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family, decide
+from baldwinlab.analysis.statistics.comparisons import direction_stability
 from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
-from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
-from baldwinlab.analysis.statistics.stability import direction_stability
+from baldwinlab.analysis.statistics.intervals import estimate_probability
+from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison

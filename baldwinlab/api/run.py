@@ -181,7 +181,7 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory:
         return ""
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.analysis.results.contrasts import planned_tests
-    from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+    from baldwinlab.analysis.statistics.significance import describe_too_few
 
     factors_of_presets = factors()
     conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}

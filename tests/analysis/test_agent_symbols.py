@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image, ImageColor, ImageDraw
 
-from baldwinlab.analysis.agent_symbols import (
+from baldwinlab.analysis.appearance import (
     DART,
     AgentSymbol,
     draw_agent,

@@ -10,9 +10,15 @@ import imageio_ffmpeg
 import pytest
 from PIL import Image, ImageColor
 
-from baldwinlab.analysis.movie import SCENE_GAP, MovieError, write_movie, write_scenes
+from baldwinlab.analysis.movie import (
+    CAPTION_HEIGHT,
+    SCENE_GAP,
+    MovieError,
+    Scene,
+    write_movie,
+    write_scenes,
+)
 from baldwinlab.analysis.palette import MOVIE_COLORS
-from baldwinlab.analysis.scene import CAPTION_HEIGHT, Scene
 from baldwinlab.core.extras import installation_command
 from baldwinlab.simulation.replay import replay
 from tests.small_studies import shorten_preset

@@ -8,9 +8,14 @@ import numpy as np
 import xarray as xr
 from PIL import Image, ImageColor
 
-from baldwinlab.analysis.agent_symbols import list_symbols
-from baldwinlab.analysis.movie import write_movie
-from baldwinlab.analysis.scene import CAPTION_HEIGHT, LEGEND_ROW_HEIGHT, Scene, SceneRenderer
+from baldwinlab.analysis.appearance import list_symbols
+from baldwinlab.analysis.movie import (
+    CAPTION_HEIGHT,
+    LEGEND_ROW_HEIGHT,
+    Scene,
+    SceneRenderer,
+    write_movie,
+)
 from tests.analysis.results.studies import species_trace
 
 SIZES = {"predators": 2, "prey": 3}

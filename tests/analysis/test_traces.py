@@ -6,7 +6,7 @@ import json
 
 import xarray as xr
 
-from baldwinlab.analysis.traces import has_appearance, read_appearance
+from baldwinlab.analysis.appearance import has_appearance, read_appearance
 
 
 def test_the_appearance_is_an_attribute_of_a_trace() -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation, AssayFigure, QuantityValues
 from baldwinlab.analysis.assays.panels import make_blocks_of_conditions
 from baldwinlab.analysis.assays.values import Stored
-from baldwinlab.analysis.figures.strips import draw_strip, label_strips
+from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import GRAY, styled
 
 

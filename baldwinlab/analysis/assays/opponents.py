@@ -19,10 +19,9 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation
-from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,
     add_detail,
@@ -31,12 +30,19 @@ from baldwinlab.analysis.report.tables import (
     describe_medians,
     number_cells,
 )
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS
-from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED, Difference
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.sample_sizes import (
+from baldwinlab.analysis.results.verdicts import (
+    HIGHER,
+    LOWER,
+    TOO_FEW_RUNS,
+    UNDECIDED,
+    Difference,
+    FamilyTest,
+    correct_family,
+)
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
+from baldwinlab.analysis.statistics.significance import (
     describe_too_few,
     plan_paired_test,
 )

@@ -15,12 +15,10 @@ from baldwinlab.analysis.assays.analysis import (
     Number,
     evaluate_assays,
 )
-from baldwinlab.analysis.assays.criteria import load_rules
+from baldwinlab.analysis.assays.criteria import fill_terms, load_rules
 from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.phrases import fill_terms
 from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,
     add_detail,
@@ -30,10 +28,15 @@ from baldwinlab.analysis.report.tables import (
     number_cells,
     tabulate,
 )
-from baldwinlab.analysis.results.numbers import format_estimate, format_number
+from baldwinlab.analysis.results.numbers import (
+    finite_or_none,
+    format_estimate,
+    format_number,
+    replace_undefined,
+    to_csv,
+)
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS
-from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.texts import Inference

@@ -15,9 +15,13 @@ from matplotlib.image import AxesImage
 
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.tables import format_label
-from baldwinlab.analysis.figures.cells import draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import (
+    EstimateStyle,
+    draw_cells,
+    draw_estimates,
+    label_cells,
+)
 from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
 

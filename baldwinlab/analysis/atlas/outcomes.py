@@ -19,13 +19,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
-from baldwinlab.analysis.estimands.assimilation import measure_assimilation
-from baldwinlab.analysis.estimands.selection_differentials import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     compute_differentials,
     relative_difference,
 )
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
+    measure_assimilation,
     read_record,
     select_innate_trait,
     select_learned_distance,

@@ -6,26 +6,15 @@ Values have one sign convention: 0 means no effect, and a value above 0 means ye
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
 
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
 from baldwinlab.analysis.assays.values import drop_labels
-from baldwinlab.analysis.estimands.assimilation import (
-    measure_assimilation,
-    measure_foraging_times,
-    measure_savings,
-)
-from baldwinlab.analysis.estimands.estimate import (
-    IMPOSSIBLE,
-    MEASURED,
-    NOT_MEASURABLE,
-    Estimate,
-    Measurability,
-)
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES
-from baldwinlab.analysis.estimands.selection_differentials import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     average_difference,
     compute_differentials,
     is_sign_informative,
@@ -34,12 +23,19 @@ from baldwinlab.analysis.estimands.selection_differentials import (
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
     Trait,
+    measure_assimilation,
+    measure_foraging_times,
+    measure_savings,
     read_record,
     select_innate_trait,
     select_learned_distance,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 
+Measurability = Literal["impossible", "not measurable", "measured"]
+IMPOSSIBLE: Final[Measurability] = "impossible"
+NOT_MEASURABLE: Final[Measurability] = "not measurable"
+MEASURED: Final[Measurability] = "measured"
 # Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
 # generation, 10 % of the selection without learning, 5 % of the learned distance and of the
 # learning time, and 2 % of the innate fitness of the better genomes.
@@ -49,6 +45,40 @@ SHARE_BOUND: Final = 0.05
 FORK_BOUND: Final = 0.02
 STANDARD_DEVIATIONS: Final = "standard deviations per generation"
 RELATIVE_INNATE_FITNESS: Final = "relative innate fitness"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An estimand of a condition, with one value per run.
+
+    Attributes
+    ----------
+    question : str
+        Name of the question, for example "assimilation".
+    trait : str
+        Trait or measure on which the question is answered.
+    unit : str
+        Unit of the values.
+    measurability : str
+        "impossible": the construction of the experiment determines the answer.
+        "not measurable": the stored data or the scale cannot show an effect.
+        "measured": the values are defined.
+    reason : str
+        Reason for the measurability, or the definition of the values, in one sentence.
+    values : xr.DataArray or None
+        Values (run). 0 means no effect, and a value above 0 means yes. NaN marks a run in which
+        the value is undefined. None unless `measurability` is "measured".
+    equivalence_bound : float
+        Largest absolute effect that counts as equivalent to no effect, in the unit of the values.
+    """
+
+    question: str
+    trait: str
+    unit: str
+    measurability: Measurability
+    reason: str
+    values: xr.DataArray | None
+    equivalence_bound: float
 
 
 class ConditionData(NamedTuple):

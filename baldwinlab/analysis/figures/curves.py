@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
-from baldwinlab.analysis.statistics.curve_intervals import CurveInterval
+from baldwinlab.analysis.statistics.intervals import CurveInterval
 
 # Largest number of markers on a curve.
 MAX_MARKERS: Final = 8

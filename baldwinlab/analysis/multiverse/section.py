@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.analysis import compute_shares
@@ -26,8 +26,7 @@ from baldwinlab.analysis.multiverse.sentences import (
 )
 from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import Table, tabulate
 from baldwinlab.analysis.results.numbers import format_estimate, format_number, join_names
 from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict

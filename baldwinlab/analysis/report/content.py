@@ -14,11 +14,11 @@ from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import (
+from baldwinlab.analysis.statistics.fitness import compute_species_curves
+from baldwinlab.analysis.statistics.intervals import (
     interval_of_mean,
     tabulate_interval,
 )
-from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
+from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
 from baldwinlab.experiment.factors import Factors, read_factors
 
 COMPARED_MEASURES = ("mean", "best")

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.strips import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import (
     BLUE,
     DARK_GRAY,
@@ -24,22 +24,32 @@ from baldwinlab.analysis.figures.style import (
     ORANGE,
     styled,
 )
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import ReportSummary, Section, render
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    ReportSummary,
+    Section,
+    render,
+    save_and_inline,
+)
 from baldwinlab.analysis.report.tables import Table, badge, tabulate
-from baldwinlab.analysis.results.numbers import format_estimate, format_number, format_p_value
+from baldwinlab.analysis.results.numbers import (
+    finite_or_none,
+    format_estimate,
+    format_number,
+    format_p_value,
+    to_csv,
+)
 from baldwinlab.analysis.results.table import format_effect
 from baldwinlab.analysis.results.verdicts import HOLDS
-from baldwinlab.analysis.stages.noise_comparison import (
+from baldwinlab.analysis.stages.analysis import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
     ControlEffect,
     NoiseComparison,
+    SpecificationResults,
 )
-from baldwinlab.analysis.stages.specification_curve import SpecificationResults
-from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import Sample
+from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.claims import UNSEEN_MAPS_MEASURE
 

@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
 
 # With fewer papers, the prediction interval is undefined.
 MIN_PAPERS = 3

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import Sample
 
 # Largest product of the sample sizes for an exact p-value, reached by samples of 200 and 200. The
 # exact distribution of larger samples takes long to compute, and is nearly normal.

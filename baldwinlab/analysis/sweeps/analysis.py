@@ -21,9 +21,9 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 from baldwinlab.core.file_writing import write_atomically
 
 # Smallest and largest number of groups of a field's values.

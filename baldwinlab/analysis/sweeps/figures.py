@@ -14,9 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.cells import draw_cells
+from baldwinlab.analysis.figures.charts import EstimateStyle, draw_cells, draw_estimates
 from baldwinlab.analysis.figures.curves import find_top
-from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import (
     BLUE,
     FIGURE_WIDTH,

@@ -11,10 +11,15 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.data import MAX_LINKED_LIVES, Link, StoredLife, make_link
 from baldwinlab.analysis.report.phrases import name_measures
-from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
-from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    Section,
+    render,
+    save_and_inline,
+    write_page,
+)
 from baldwinlab.analysis.report.tables import Table, tabulate
 from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.numbers import (
@@ -26,7 +31,7 @@ from baldwinlab.analysis.results.numbers import (
 )
 from baldwinlab.analysis.results.table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 from baldwinlab.experiment.outcome import name_outcome_of

@@ -12,6 +12,7 @@ from baldwinlab.analysis.results.contrasts import (
     compare_final_values,
     final_values,
 )
+from baldwinlab.analysis.results.numbers import replace_undefined
 from baldwinlab.analysis.results.table import (
     HEADINGS,
     describe_contrast,
@@ -19,8 +20,7 @@ from baldwinlab.analysis.results.table import (
     list_cells,
     summarize_contrasts,
 )
-from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.csv import replace_undefined
+from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.run_table import DEFAULT_LAST, record_runs, to_list
@@ -71,7 +71,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     results["compared_measures"] = list(COMPARED_MEASURES)
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
-        average, low, high = curve_intervals.interval_of_mean(compute(data))
+        average, low, high = intervals.interval_of_mean(compute(data))
         curves = {"mean": average, "low": low, "high": high}
         for name in names:
             results["curves"][name][measure] = {
@@ -109,7 +109,7 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
     """Return the mean over runs of values [run, generation], and its 95 % interval."""
-    average, low, high = curve_intervals.interval_of_mean(values)
+    average, low, high = intervals.interval_of_mean(values)
     return {"mean": to_list(average), "low": to_list(low), "high": to_list(high)}
 
 
@@ -222,7 +222,7 @@ def _summarize_norms(panel: ReactionPanel) -> dict[str, dict[str, list[float | N
     indices = range(len(panel.values))
     summaries = {}
     for name, fitness_values in panel.norms.items():
-        median, low, high = curve_intervals.interval_of_median(fitness_values)
+        median, low, high = intervals.interval_of_median(fitness_values)
         curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
             curve_name: to_list(curve.reindex(position=indices))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
-from baldwinlab.analysis.multiverse.files import write_multiverse
+from baldwinlab.analysis.multiverse.analysis import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead, make_section
 from baldwinlab.analysis.report.sections import write_page

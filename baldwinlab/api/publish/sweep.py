@@ -9,7 +9,7 @@ from baldwinlab.analysis.results.contrasts import (
     COMPARISON_COLUMNS,
     Contrasts,
 )
-from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.section import link_points, write_sweep_report
 from baldwinlab.api.publish import results_cache

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values, planned_tests
-from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import Factors

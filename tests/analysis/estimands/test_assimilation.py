@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.estimands.assimilation import measure_assimilation, split_ends
 from baldwinlab.analysis.estimands.questions import estimate
+from baldwinlab.analysis.estimands.traits import measure_assimilation, split_ends
 from tests.analysis.estimands.conftest import Stored
 
 

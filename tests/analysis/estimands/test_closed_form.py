@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.analysis.estimands.selection_differentials import compute_differentials
+from baldwinlab.analysis.estimands.quantitative_genetics import compute_differentials
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.evolution import GenerationKey
 from tests.analysis.estimands.conftest import SLOPES, Stored

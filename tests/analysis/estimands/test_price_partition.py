@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.estimands.expected_offspring import expect_offspring
-from baldwinlab.analysis.estimands.price_partition import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     PARTS,
     count_offspring,
     partition_change,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.estimands.assimilation import (
+from baldwinlab.analysis.estimands.traits import (
     find_learning_time,
     measure_foraging_times,
     measure_savings,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.estimands.selection_differentials import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     average_difference,
     compute_differentials,
     covariance,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.stages.noise_comparison import NoiseComparison, compare_with_noise
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.stages.analysis import NoiseComparison, compare_with_noise
+from baldwinlab.analysis.statistics.bootstrap import Sample
 from baldwinlab.experiment.factors import Factors
 
 NOISE = ("noise", "random")

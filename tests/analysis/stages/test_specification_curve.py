@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.stages.specification_curve import evaluate_specifications
+from baldwinlab.analysis.stages.analysis import evaluate_specifications
 from baldwinlab.experiment.factors import Factors
 
 MEANS = {

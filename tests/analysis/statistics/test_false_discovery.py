@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as some
 
-from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
+from baldwinlab.analysis.statistics.significance import critical_p_values, q_values
 
 # The 15 p-values of the example in Benjamini and Hochberg (1995), section 4.
 PUBLISHED = [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.statistics.proportions import measure_hurdle
+from baldwinlab.analysis.statistics.intervals import measure_hurdle
 
 
 def test_size_is_that_of_runs_above_the_threshold() -> None:

@@ -7,16 +7,16 @@ import pytest
 from scipy import stats
 
 from baldwinlab.analysis.statistics import compare
-from baldwinlab.analysis.statistics.power import (
+from baldwinlab.analysis.statistics.rank_tests import holm, signed_rank_tails
+from baldwinlab.analysis.statistics.significance import (
     MAX_RUNS,
+    PlannedTest,
     interval_runs,
     level_of_next_test,
     levels_of_tests,
     rank_test_runs,
     signed_rank_runs,
 )
-from baldwinlab.analysis.statistics.rank_tests import holm, signed_rank_tails
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 
 
 @pytest.mark.parametrize(("shift", "level"), [(0.5, 0.05), (0.8, 0.05), (0.6, 0.002)])

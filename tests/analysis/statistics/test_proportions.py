@@ -9,7 +9,7 @@ from scipy import stats
 
 from baldwinlab.analysis.results.verdicts import decide
 from baldwinlab.analysis.statistics.comparisons import Comparison
-from baldwinlab.analysis.statistics.proportions import estimate_probability, proportion_interval
+from baldwinlab.analysis.statistics.intervals import estimate_probability, proportion_interval
 from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.rules import RULES
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.stages.specification_curve import measure_agreement
+from baldwinlab.analysis.stages.analysis import measure_agreement
 
 
 def test_w_follows_from_the_mean_spearman_correlation_of_the_judges() -> None:

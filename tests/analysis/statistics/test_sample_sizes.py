@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.statistics.sample_sizes import (
+from baldwinlab.analysis.statistics.significance import (
     PlannedTest,
     describe_too_few,
     required_runs,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, TestMethod
-from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.analysis.statistics.stability import direction_stability, verdict_stability
+from baldwinlab.analysis.statistics.bootstrap import Sample
+from baldwinlab.analysis.statistics.comparisons import direction_stability, verdict_stability
+from baldwinlab.analysis.statistics.significance import PlannedTest, TestMethod
 
 
 def is_majority_positive(samples: Sample) -> Sequence[str]:

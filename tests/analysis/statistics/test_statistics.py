@@ -11,10 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import median_interval
+from baldwinlab.analysis.statistics.bootstrap import median_interval, summarize
 from baldwinlab.analysis.statistics.comparisons import compare, compare_pairs
 from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, mann_whitney_tests
-from baldwinlab.analysis.statistics.samples import summarize
 
 samples = some.lists(some.integers(-5, 5).map(float), min_size=1, max_size=7)
 

@@ -6,7 +6,7 @@ from urllib.parse import parse_qs
 
 import numpy as np
 
-from baldwinlab.analysis.report.replays import Link
+from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.section import link_points
 from tests.analysis.sweeps.made import grid, sample

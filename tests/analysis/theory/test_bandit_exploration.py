@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from baldwinlab.analysis.theory.bandit_exploration import (
+from baldwinlab.analysis.theory.choices import (
     Bandit,
     compute_payoff,
     find_best_exploration,

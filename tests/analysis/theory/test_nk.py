@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.theory.nk import mutation_supply
+from baldwinlab.analysis.theory.adaptive_walk import mutation_supply
 from baldwinlab.models.nk_climbers import NKClimbers, landscape
 
 

@@ -7,7 +7,11 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
+from baldwinlab.analysis.theory.choices import (
+    cost_threshold,
+    learner_payoff,
+    tracker_payoff,
+)
 
 SETTINGS = [(0.5, 0.7, 3), (0.9, 0.6, 4), (0.2, 0.8, 5), (1.0, 0.95, 6), (0.7, 0.1, 2)]
 

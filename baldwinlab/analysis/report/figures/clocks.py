@@ -15,8 +15,8 @@ from baldwinlab.analysis.report.content import (
     name_fitness,
 )
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment.outcome import name_outcome_of
 

@@ -29,12 +29,11 @@ from baldwinlab.analysis.report.content import (
     name_fitness,
     tabulate_generations,
 )
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.data import ReportData, list_replay_commands
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.report.replays import list_replay_commands
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
 # Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
 LEGEND_HEIGHT = 0.5

@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claim_samples import ModelMeasure
+from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.curves import draw_legend
-from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.numbers import format_number
 
 

@@ -14,9 +14,9 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.report.content import compute_shares, tabulate_shares
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.report.sections import ReportFigure
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
 # Largest number of panels in a row.
 MAX_COLUMNS = 3

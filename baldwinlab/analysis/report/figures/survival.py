@@ -10,8 +10,8 @@ from baldwinlab.analysis.figures.curves import draw_legend, draw_line
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
 
 
