@@ -231,6 +231,20 @@ class ClaimResult:
         effect = self.deciding.numbers.effect
         return None if math.isnan(effect) else effect - paper_value
 
+    @property
+    def agrees_with_paper(self) -> bool:
+        """Whether the value of the paper, if it has one, is inside the measured interval.
+
+        Without an interval, the two values must be equal.
+        """
+        difference, paper_value = self.difference_from_paper, self.claim.paper_value
+        if difference is None or self.deciding is None or paper_value is None:
+            return True
+        numbers = self.deciding.numbers
+        if math.isnan(numbers.low):
+            return difference == 0
+        return numbers.low <= paper_value <= numbers.high
+
     def record(self) -> dict[str, Any]:
         """Return the claim for JSON, with the numbers of the deciding comparison."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}

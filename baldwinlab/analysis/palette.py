@@ -164,10 +164,7 @@ def choose_text_color(background: Sequence[float]) -> str:
 
 
 def choose_species_style(index: int) -> tuple[str, str]:
-    """Return the color and the shape of the agents of a species on a map.
-
-    Returns a name of `NAMED_COLORS`, and a name of `SPECIES_SHAPES`.
-    """
+    """Return names of `NAMED_COLORS` and `SPECIES_SHAPES` for the agents of a species on a map."""
     color = SPECIES_COLORS[index % len(SPECIES_COLORS)]
     shape = SPECIES_SHAPES[index % len(SPECIES_SHAPES)]
     return color, shape

@@ -306,10 +306,7 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the largest possible set of tests of planned assays.
-
-    Returns the tests. Some may not be made, because their quantities may be undefined.
-    """
+    """Return the tests of planned assays, also those whose quantities may be undefined."""
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):

@@ -17,11 +17,7 @@ from baldwinlab.analysis.assays.evaluation import (
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, make_blocks_of_conditions
-from baldwinlab.analysis.assays.values import (
-    Stored,
-    compute_share,
-    weight_distances,
-)
+from baldwinlab.analysis.assays.values import Stored, compute_share, weight_distances
 from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks, start_at_zero
 from baldwinlab.analysis.figures.style import (
     BROWN,
@@ -89,11 +85,7 @@ def compute_neutral_quantities(data: xr.Dataset, last: int) -> Iterator[Quantity
 
 @styled
 def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of each kind of life, and its ratio to the fitness with learning.
-
-    The figure has two panels per condition: the fitness by generation (top) and its ratio to the
-    fitness with learning (bottom).
-    """
+    """Draw the fitness of each kind of life (top), and its ratio to that with learning (bottom)."""
     figure, grid = make_blocks_of_conditions(stored, names, 2, 2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = stored[name]["energy"].mean("agent")

@@ -22,10 +22,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_modules(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of agents with evolved and with random modules, with one point per run.
-
-    The figure has one panel per condition. A line is the median.
-    """
+    """Draw the fitness of agents with evolved and with random modules, by run."""
     figure, grid = make_blocks_of_conditions(stored, names, 1, 2.3)
     for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
         axes = panels[0]

@@ -42,10 +42,7 @@ from baldwinlab.analysis.results.verdicts import (
     correct_family,
 )
 from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.significance import (
-    describe_too_few,
-    plan_paired_test,
-)
+from baldwinlab.analysis.statistics.significance import describe_too_few, plan_paired_test
 
 OPPONENTS: Final = "opponents"
 DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
@@ -87,10 +84,7 @@ class GenerationTest:
 
 
 def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
-    """Return the matrix of each species.
-
-    Returns two matrices, in the order of the species.
-    """
+    """Return the matrix of each species, in the order of the species."""
     names = [str(name) for name in data["species"].values]
     matrices = []
     for own_dim, opponent_dim, species, opponents in (
@@ -217,10 +211,7 @@ def _test_cells(test: GenerationTest) -> list[Any]:
 
 @styled
 def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
-    """Draw the fitness of both species by generation and by generation of the opponents.
-
-    The figure has one row per condition, one column per species.
-    """
+    """Draw the fitness of species by own and opponents' generation: a row per condition."""
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))
     grid = figure.subplots(len(stored), 2, squeeze=False)

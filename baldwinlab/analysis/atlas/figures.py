@@ -130,11 +130,7 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 
 @styled
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
-    """Draw measured residual learning against the unfitted law, for all maps.
-
-    `points`: one entry per map with a law. The figure has a square panel per map, with the line of
-    equality.
-    """
+    """Draw measured residual learning against the unfitted law, with the line of equality."""
     figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
     for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)

@@ -12,11 +12,7 @@ import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
 from baldwinlab.analysis.theory.adaptive_walk import mutation_supply
-from baldwinlab.analysis.theory.choices import (
-    Bandit,
-    cost_threshold,
-    find_best_exploration,
-)
+from baldwinlab.analysis.theory.choices import Bandit, cost_threshold, find_best_exploration
 from baldwinlab.analysis.theory.moving_optimum import (
     selection_variance,
     steady_mismatch,

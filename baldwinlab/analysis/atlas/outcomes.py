@@ -64,10 +64,7 @@ class CellData(NamedTuple):
 
 
 def reduce_cell(cell: CellData) -> xr.Dataset:
-    """Return the variables of the table above.
-
-    Returns means over agents, float64.
-    """
+    """Return the variables of the table above, means over agents."""
     generations = cell.innate["generation"]
     learners, controls = (
         data.sel(generation=generations) for data in (cell.learners, cell.controls)
@@ -101,10 +98,7 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
 
 
 def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
-    """Return the outcomes of each run of a cell.
-
-    Returns the variables of `OUTCOMES` (run). NaN where an outcome is not defined.
-    """
+    """Return the variables of `OUTCOMES` (run), NaN where an outcome is not defined."""
     undefined = cell["founder_mean"] * np.nan
     last = {"generation": slice(-N_WINDOW, None)}
     # Founders of a clonal run do not vary, so their variance includes that between runs.

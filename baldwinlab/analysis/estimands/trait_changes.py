@@ -70,19 +70,12 @@ MAX_CONDITIONS_IN_FIGURES: Final = 8
 
 
 class TraitChanges(NamedTuple):
-    """Changes of the mean of an innate trait.
+    """Changes of the mean of an innate trait."""
 
-    Attributes
-    ----------
-    trait, unit : str
-        Meaning and unit of the trait.
-    values : xr.Dataset
-        "change", the parts of `PARTS`, "identity residual" and the quantities of `GENETICS` (run,
-        generation), and "genotype-phenotype correlation" (run).
-    """
-
-    trait: str
+    trait: str  # Meaning of the trait.
     unit: str
+    # "change", the parts of `PARTS`, "identity residual" and the quantities of `GENETICS` (run,
+    # generation), and "genotype-phenotype correlation" (run).
     values: xr.Dataset
 
 

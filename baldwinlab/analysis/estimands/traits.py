@@ -27,20 +27,11 @@ FINAL_SHARE: Final = 0.9
 
 
 class Trait(NamedTuple):
-    """A trait of a condition.
+    """A trait of a condition."""
 
-    Attributes
-    ----------
-    name : str
-        Meaning of the trait.
-    unit : str
-        Unit of the values.
-    values : xr.DataArray
-        (run, generation, agent) for an innate trait, (run, generation) for a distance.
-    """
-
-    name: str
+    name: str  # Meaning of the trait.
     unit: str
+    # (run, generation, agent) for an innate trait, (run, generation) for a distance.
     values: xr.DataArray
 
 

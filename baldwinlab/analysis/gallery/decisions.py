@@ -17,11 +17,7 @@ import numpy as np
 from baldwinlab.analysis.estimands.questions import MEASURED, NOT_MEASURABLE, Estimate
 from baldwinlab.analysis.results.numbers import finite_or_none
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, TOO_FEW_RUNS, UNDECIDED, YES
-from baldwinlab.analysis.statistics.bootstrap import (
-    Sample,
-    percentile_interval,
-    resample_medians,
-)
+from baldwinlab.analysis.statistics.bootstrap import Sample, percentile_interval, resample_medians
 from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY, verdict_stability
 from baldwinlab.analysis.statistics.intervals import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.rank_tests import (
@@ -123,10 +119,7 @@ class _Limits(NamedTuple):
 
 
 def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
-    """Decide all questions of all systems.
-
-    Returns one decision per system and question, in the order of `estimates`.
-    """
+    """Decide all questions of all systems, in the order of `estimates`."""
     decisions = [
         Decision(system, _require_values(entry))
         for system, entries in estimates.items()

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.estimands import QUESTIONS
+from baldwinlab.analysis.estimands import ESTIMANDS, QUESTIONS
 from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
@@ -27,13 +27,7 @@ from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, t
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, UNDECIDED, YES
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
-TITLES: Final[Mapping[str, str]] = {
-    "fork-history": "Evolution with learning leads to genomes of higher innate fitness",
-    "fork-regime": "Learning raises innate fitness in the next generations",
-    "selection-by-learning": "Learning strengthens selection on the innate trait",
-    "assimilation": "Learned behavior becomes innate",
-    "savings": "Later generations learn faster",
-}
+TITLES: Final = {estimand.question: estimand.statement for estimand in ESTIMANDS}
 MIXED: Final = "mixed"
 RELATIVE_UNIT: Final = "equivalence bounds"
 DIMENSIONLESS: Final = "1"
@@ -87,10 +81,7 @@ class QuestionSummary:
 
 
 def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
-    """Summarize each question that is measured in a system.
-
-    Returns the summaries in the order of `QUESTIONS`.
-    """
+    """Summarize each question that is measured in a system, in the order of `QUESTIONS`."""
     measured = {
         question: tuple(
             (decision, decision.measurement)
@@ -263,10 +254,7 @@ def _count(number: int, noun: str) -> str:
 
 @styled
 def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSummary]) -> Figure:
-    """Draw the effect sizes of all systems with their 95 % intervals.
-
-    The figure has one row per system, and a last row with the mean of the papers.
-    """
+    """Draw the effect sizes of all systems with their intervals, and the mean of the papers."""
     rows, headings = _place_rows(systems)
     mean_row = max(rows.values()) + 1.5
     figure = Figure(

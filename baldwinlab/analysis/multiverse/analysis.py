@@ -247,10 +247,7 @@ def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int
 
 
 def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
-    """Return the largest and smallest share of the choice with the largest effect on a claim.
-
-    Returns the two shares, or None if no combination decides the claim.
-    """
+    """Return the largest and smallest share of the most effective choice on a claim, if any."""
     pairs = []
     for choice in dict.fromkeys(share.choice for share in shares):
         group = [

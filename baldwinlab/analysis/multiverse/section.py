@@ -197,10 +197,7 @@ def _tabulate_outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
 
 @styled
 def draw_variants(multiverse: Multiverse) -> Figure:
-    """Draw the verdict and the deciding effect of each claim under each single-choice variant.
-
-    The figure has one row per variant, one column per claim.
-    """
+    """Draw verdict and deciding effect: a row per single-choice variant, a column per claim."""
     variants = multiverse.singles.variants
     claims = [claim.id for claim in multiverse.claims]
     figure = Figure((FIGURE_WIDTH, HEADINGS_AND_LEGEND_HEIGHT + ROW_HEIGHT * len(variants)))
@@ -253,10 +250,7 @@ def _decimals(effect: float) -> int:
 
 @styled
 def draw_shares(multiverse: Multiverse) -> Figure:
-    """Draw the share of combinations under which each claim holds, by choice and alternative.
-
-    The figure has one row per alternative, one column per claim.
-    """
+    """Draw the shares of combinations that hold: a row per alternative, a column per claim."""
     shares = compute_shares(multiverse)
     claims = [claim.id for claim in multiverse.claims]
     rows = list(dict.fromkeys((share.choice, share.alternative) for share in shares))

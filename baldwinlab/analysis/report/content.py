@@ -9,16 +9,12 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
-from baldwinlab.analysis.statistics.intervals import (
-    interval_of_mean,
-    tabulate_interval,
-)
+from baldwinlab.analysis.statistics.intervals import interval_of_mean, tabulate_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
@@ -205,9 +201,7 @@ def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]
     """Return the evaluated claims whose verdict or effect size differs from the paper."""
     evaluated = [result for result in results if result.findings]
     return [
-        result
-        for result in evaluated
-        if result.verdict != HOLDS or not phrases.agrees_with_paper(result)
+        result for result in evaluated if result.verdict != HOLDS or not result.agrees_with_paper
     ]
 
 

@@ -49,10 +49,7 @@ class Link(NamedTuple):
 
 
 def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
-    """Return by condition the last generation of a typical run. Conditions without runs have none.
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent).
-    """
+    """Return the last generation of a typical run of each condition that has runs."""
     has_data = data["energy"].notnull().any(("run", "agent"))
     lives = {}
     for name in map(str, data["condition"].values):

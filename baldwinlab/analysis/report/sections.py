@@ -16,7 +16,7 @@ from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.figures.style import save_figure
-from baldwinlab.analysis.report import content, phrases, tables
+from baldwinlab.analysis.report import content, tables
 from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.results import numbers, table
 from baldwinlab.analysis.results.numbers import to_csv
@@ -33,8 +33,8 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": numbers.format_number,
     "p_value": numbers.format_p_value,
     "effect": table.format_effect,
-    "comparison": phrases.describe_comparison,
-    "finding": phrases.describe_finding,
+    "comparison": tables.describe_comparison,
+    "finding": tables.describe_finding,
     "badge": tables.badge,
     "verdict": tables.show_verdict,
     "contrasts_table": tables.tabulate_contrasts,

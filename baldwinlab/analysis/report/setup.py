@@ -70,10 +70,7 @@ def summarize_setup(
 
 
 def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the size of a study, such as "6 conditions; runs: 30; generations: 100".
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent).
-    """
+    """Return the size of a study, such as "6 conditions; runs: 30; generations: 100"."""
     generations = format_range(
         experiment.evolution.generations for experiment in conditions.values()
     )
@@ -84,10 +81,7 @@ def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the numbers of runs that stopped before their last generation, or "".
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent).
-    """
+    """Return the numbers of runs that stopped before their last generation, or ""."""
     if GENERATION_COUNT not in data.coords:
         return ""
     texts = []
@@ -109,11 +103,7 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
-    """Return the conditions as pairs of a heading and a text.
-
-    Returns all conditions, or learners and maps if many conditions combine each learner with each
-    map.
-    """
+    """Return all conditions, or learners and maps if many conditions combine all of both."""
     learners = dict.fromkeys(condition.learner for condition in factors.values())
     maps = dict.fromkeys(condition.map for condition in factors.values())
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
@@ -133,10 +123,7 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
 
 
 def describe_fitness(foraging: Collection[Experiment]) -> str:
-    """Return the definition and unit of fitness.
-
-    Returns a phrase, or "" without food or without such an experiment.
-    """
+    """Return the definition and unit of fitness, or "" without food or MiniWorld conditions."""
     names = dict.fromkeys(experiment.evolution.fitness for experiment in foraging)
     phrases = [
         _describe_energy(

@@ -19,7 +19,6 @@ from baldwinlab.analysis.report.data import (
     make_link,
 )
 from baldwinlab.analysis.report.figures import draw_figures
-from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import (
     ReportSummary,
     Section,
@@ -27,6 +26,7 @@ from baldwinlab.analysis.report.sections import (
     render,
     save_and_inline,
 )
+from baldwinlab.analysis.report.tables import name_measures
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.table import (

@@ -219,23 +219,14 @@ def _find_verdicts(
 
 
 class RankAgreement(NamedTuple):
-    """Rank orders of several judges.
+    """Rank orders of several judges."""
 
-    Attributes
-    ----------
-    ranks : Sample
-        Rank of each object by each judge, [judge, object]. Rank 1 has the largest value, and equal
-        values have their mean rank.
-    w : float
-        Kendall's W, corrected for ties: 0 for no agreement, 1 for equal rank orders. NaN if a judge
-        or the objects are fewer than two, or if all values of each judge are equal.
-    p : float
-        p-value of no agreement, by the chi-squared approximation.
-    """
-
+    # [judge, object]. Rank 1 has the largest value, and equal values have their mean rank.
     ranks: Sample
+    # Kendall's W, corrected for ties: 0 for no agreement, 1 for equal rank orders. NaN if judges or
+    # objects are fewer than two, or if all values of each judge are equal.
     w: float
-    p: float
+    p: float  # p-value of no agreement, by the chi-squared approximation.
 
 
 def measure_agreement(values: Sample) -> RankAgreement:

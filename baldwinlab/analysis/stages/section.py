@@ -16,14 +16,7 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.style import (
-    BLUE,
-    DARK_GRAY,
-    FIGURE_WIDTH,
-    GRAY,
-    ORANGE,
-    styled,
-)
+from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, FIGURE_WIDTH, GRAY, ORANGE, styled
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
     ReportSummary,
@@ -317,11 +310,7 @@ def _scale_items(axes: Axes, values: Sample) -> None:
 
 @styled
 def draw_specifications(results: SpecificationResults, noise_controls: Sequence[str]) -> Figure:
-    """Draw the rank of each learner in each specification, and the differences to the best noise.
-
-    `results`: the learners, sorted by median rank. The figure has a row per learner and a point per
-    specification. Lines are medians.
-    """
+    """Draw the ranks and differences to the best noise: a row per learner, sorted by rank."""
     n_learners = len(results.learners)
     figure = Figure((FIGURE_WIDTH, AXIS_HEIGHT + ROW_HEIGHT * n_learners))
     rank_axes, effect_axes = figure.subplots(1, 2, sharey=True)

@@ -66,14 +66,14 @@ class Comparison(NamedTuple):
 
     n_a: int
     n_b: int
-    median_a: float
-    median_b: float
-    effect: float
-    low: float
-    high: float
-    u: float
-    p: float
-    a12: float
+    median_a: float = nan
+    median_b: float = nan
+    effect: float = nan
+    low: float = nan
+    high: float = nan
+    u: float = nan
+    p: float = nan
+    a12: float = nan
 
 
 class Pairs(NamedTuple):

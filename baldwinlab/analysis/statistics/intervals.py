@@ -26,12 +26,9 @@ CONFIDENCE_LEVEL = 0.95
 
 
 class CurveInterval(NamedTuple):
-    """A mean or a median, and the ends of its 95 % interval.
+    """A mean or a median, and the ends of its 95 % interval, which are NaN for small samples.
 
-    Attributes
-    ----------
-    center, low, high : xarray.DataArray
-        Values without the dimension of the sample. The ends are NaN for small samples.
+    The arrays do not have the dimension of the sample.
     """
 
     center: xr.DataArray
@@ -93,19 +90,7 @@ def proportion_interval(successes: int, runs: int) -> tuple[float, float]:
     """Return the 95 % interval of a probability, by the method of Clopper and Pearson.
 
     The interval is exact: it contains the probability in at least 95 % of studies, for any number
-    of runs.
-
-    Parameters
-    ----------
-    successes
-        Number of runs with the event.
-    runs
-        Number of runs, at least 1.
-
-    Returns
-    -------
-    tuple of float
-        Ends of the interval, in [0, 1].
+    of runs. `successes` is the number of runs with the event, and `runs` is at least 1.
 
     References
     ----------
@@ -138,25 +123,14 @@ def estimate_probability(values: npt.NDArray[np.float64]) -> tuple[float, float,
 
 
 class Hurdle(NamedTuple):
-    """Both parts of the hurdle model.
-
-    Attributes
-    ----------
-    runs : int
-        Number of runs.
-    takeoffs : int
-        Number of runs above the threshold.
-    share_low, share_high : float
-        95 % Clopper-Pearson interval of the probability of take-off.
-    size : float
-        Median over the runs that take off; NaN if there is none.
-    """
+    """Both parts of the hurdle model."""
 
     runs: int
-    takeoffs: int
+    takeoffs: int  # Number of runs above the threshold.
+    # 95 % Clopper-Pearson interval of the probability of take-off.
     share_low: float
     share_high: float
-    size: float
+    size: float  # Median over the runs that take off; NaN if there is none.
 
     @property
     def is_bimodal(self) -> bool:

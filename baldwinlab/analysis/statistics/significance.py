@@ -45,19 +45,12 @@ MAX_RUNS = 10_000
 
 
 class PlannedTest(NamedTuple):
-    """A two-sided test and its sample sizes, before any value is known.
+    """A two-sided test and its sample sizes, before any value is known."""
 
-    Attributes
-    ----------
-    n_a, n_b : int
-        Sizes of the samples, at least 1. For pairs, both are the number of pairs.
-    method : {"Mann-Whitney", "Wilcoxon", "log-rank"}
-        Name of the test. "Wilcoxon" is the signed-rank test of pairs.
-    """
-
+    # Sizes of the samples, at least 1. For pairs, both are the number of pairs.
     n_a: int
     n_b: int
-    method: TestMethod = "Mann-Whitney"
+    method: TestMethod = "Mann-Whitney"  # "Wilcoxon" is the signed-rank test of pairs.
 
     @property
     def smallest_p(self) -> float:

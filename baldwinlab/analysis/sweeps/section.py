@@ -12,7 +12,6 @@ import xarray as xr
 
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.report.data import MAX_LINKED_LIVES, Link, StoredLife, make_link
-from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
     Section,
@@ -20,7 +19,7 @@ from baldwinlab.analysis.report.sections import (
     save_and_inline,
     write_page,
 )
-from baldwinlab.analysis.report.tables import Table, tabulate
+from baldwinlab.analysis.report.tables import Table, name_measures, tabulate
 from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.numbers import (
     format_estimate,

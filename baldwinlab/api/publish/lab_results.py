@@ -60,7 +60,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     if not names:
         return results
     # This import takes time.
-    from baldwinlab.analysis.report.phrases import name_measures
+    from baldwinlab.analysis.report.tables import name_measures
 
     if data is None or data["condition"].values.tolist() != names:
         data = open_sample(study, names)

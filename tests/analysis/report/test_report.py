@@ -14,17 +14,9 @@ from baldwinlab import papers
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.report.content import (
-    format_timing,
-    read_experiment_texts,
-    title_worlds,
-)
+from baldwinlab.analysis.report.content import format_timing, read_experiment_texts, title_worlds
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
 from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
-from baldwinlab.analysis.report.phrases import (
-    describe_comparison,
-    describe_finding,
-)
 from baldwinlab.analysis.report.setup import (
     describe_fitness,
     describe_variant,
@@ -34,6 +26,7 @@ from baldwinlab.analysis.report.setup import (
     summarize_setup,
 )
 from baldwinlab.analysis.report.study import compose_headline, draw_report, write_report
+from baldwinlab.analysis.report.tables import describe_comparison, describe_finding
 from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.numbers import format_number, format_p_value
 from baldwinlab.experiment.factors import Factors

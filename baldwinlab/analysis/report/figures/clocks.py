@@ -44,10 +44,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure:
-    """Draw mean fitness by generation and by the number of evaluations, averaged over runs.
-
-    `dataset`: runs as (condition, run, generation, agent).
-    """
+    """Draw mean fitness by generation and by the number of evaluations, averaged over runs."""
     figure = Figure((FIGURE_WIDTH, 2.9))
     by_generation, by_evaluation = figure.subplots(1, 2, sharey=True)
     conditions = style_conditions(dataset)

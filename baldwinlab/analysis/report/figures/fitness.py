@@ -93,11 +93,7 @@ def make_panels(
 
 @styled
 def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
-    """Draw fitness by generation: the mean over runs and its 95 % interval (Student's t).
-
-    `dataset`: runs as (condition, run, generation, agent). The figure has a row per map, a column
-    for best and mean fitness. A single run has no interval.
-    """
+    """Draw fitness by generation, with its interval: a row per map, a column per measure."""
     conditions = style_conditions(dataset)
     learners = {condition.learner: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))

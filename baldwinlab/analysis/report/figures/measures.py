@@ -44,11 +44,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
-    """Draw each measure in a panel, with a box per condition and a point per run.
-
-    `measures`: the measures, at least one. The figure has a panel per measure. The conditions of a
-    map are next to each other.
-    """
+    """Draw one or more measures, each in a panel, with a box per condition and a point per run."""
     conditions = style_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
     learners = list(dict.fromkeys(condition.learner for condition in conditions))

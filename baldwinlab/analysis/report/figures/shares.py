@@ -45,11 +45,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_shares(shares: xr.Dataset) -> Figure:
-    """Draw shares by generation: the mean over runs and its 95 % interval (Student's t).
-
-    `shares`: a variable for each share, 0 to 1, as (condition, run, generation). The figure has a
-    panel per condition.
-    """
+    """Draw shares (condition, run, generation): the mean over runs and its 95 % interval."""
     conditions = style_conditions(shares)
     figure, panels = make_panels(
         len(conditions), MAX_COLUMNS, PANEL_HEIGHT, LEGEND_HEIGHT, sharey=True

@@ -33,10 +33,7 @@ def draw_figure(report: ReportData) -> ReportFigure:
 
 @styled
 def draw_survival(dataset: xr.Dataset) -> Figure:
-    """Draw the share of surviving runs by time, for models whose fitness is a survival time.
-
-    `dataset`: runs as (condition, run, generation, agent); `energy` is the survival time.
-    """
+    """Draw the share of surviving runs by time. The variable `energy` is the survival time."""
     figure = Figure((FIGURE_WIDTH, 3.1))
     axes = figure.subplots()
     lifetimes = fitness.final(dataset, "mean", 1)
