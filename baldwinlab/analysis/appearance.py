@@ -40,10 +40,7 @@ def has_appearance(trace: xr.Dataset) -> bool:
 
 
 def read_appearance(trace: xr.Dataset) -> dict[str, Any]:
-    """Return the appearance of the world of a trace, in the form of `Appearance.to_dict`.
-
-    Raise KeyError if the trace does not describe the appearance.
-    """
+    """Return the appearance of the world of a trace, in the form of `Appearance.to_dict`."""
     return dict(json.loads(trace.attrs[APPEARANCE_ATTRIBUTE]))
 
 

@@ -229,10 +229,7 @@ def _get_samples(
 def claim_records(
     results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
-    """Return the results of claims as records for JSON.
-
-    `changes`: changes of the paper's model.
-    """
+    """Return the results of claims, and the changes of the paper's model, as records for JSON."""
     origin: dict[str, Any] = {"publication": paper} if paper else {}
     if changes:
         origin["changes"] = list(changes)

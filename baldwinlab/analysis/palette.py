@@ -142,10 +142,7 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
 
 
 def resolve_color(color: str) -> str:
-    """Return a color on a light background as "#rrggbb".
-
-    `color`: a name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
-    """
+    """Return a name of `NAMED_COLORS` or `WORLD_COLORS` as "#rrggbb", on a light background."""
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
 
 

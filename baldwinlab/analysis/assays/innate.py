@@ -108,10 +108,7 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
 
 @styled
 def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the gain from learning, and the distance that learning moves the weights of a layer.
-
-    The figure has one panel per condition, and a second one if a model has weights.
-    """
+    """Draw the gain from learning, and the distances that learning moves weights, if any."""
     distances = {name: weight_distances(stored[name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1

@@ -250,10 +250,7 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, Any]]:
-    """Return the rows of a table: the condition, the time ("start"), the measure, and the numbers.
-
-    A row without all numbers is omitted.
-    """
+    """Return rows of condition, time ("start"), measure and numbers, if all numbers are known."""
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers
     }
@@ -275,10 +272,7 @@ def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, A
 
 
 def write_analysis(analysis: Analysis, directory: Path) -> None:
-    """Write `baldwin.json` and `baldwin.csv`, each atomically.
-
-    `analysis`: `baldwin.csv` has one row per number and per comparison.
-    """
+    """Write `baldwin.json`, and `baldwin.csv` with a row per number and comparison, atomically."""
     record = {
         "last": analysis.last,
         "conditions": {result.condition: _condition_record(result) for result in analysis.results},

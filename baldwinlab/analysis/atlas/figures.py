@@ -47,10 +47,7 @@ class ShownOutcome(NamedTuple):
     high: float
 
     def scale(self, value: float) -> float:
-        """Return the position of a value in the range of the colors, 0 to 1 in the range.
-
-        `value`: value of the outcome, or NaN.
-        """
+        """Return the position of a value, which may be NaN, in the range of the colors."""
         return (value - self.low) / (self.high - self.low)
 
 

@@ -138,10 +138,7 @@ def _assimilation(cell: xr.Dataset) -> xr.DataArray:
 
 
 def _time_to_plateau(distance: xr.DataArray) -> xr.DataArray:
-    """Return the first measured generation with 90 % of the final assimilation (run).
-
-    NaN in a run whose distance has not fallen.
-    """
+    """Return the first generation with 90 % of the final assimilation (run), NaN without any."""
     first = distance.isel(generation=0)
     fall = first - distance.isel(generation=slice(-N_WINDOW, None)).mean("generation")
     has_fallen = (first - distance >= PLATEAU_SHARE * fall) & (fall > 0)

@@ -14,8 +14,8 @@ from scipy import stats
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.results.numbers import finite_or_none, replace_undefined
+from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
 
-CONFIDENCE_LEVEL = 0.95
 Floats = npt.NDArray[np.float64]
 RESIDUAL: Final = "residual"
 COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "runs", "law")
@@ -39,10 +39,7 @@ class MeanInterval(NamedTuple):
 
 
 def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
-    """Return the mean of the defined values, with its interval.
-
-    `values`: one value per run; NaN where undefined.
-    """
+    """Return the mean of the defined values of runs, with its interval."""
     defined = np.asarray(values, np.float64).ravel()
     defined = defined[np.isfinite(defined)]
     if not defined.size:
@@ -56,10 +53,7 @@ def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
 
 
 def estimate_slope(x: Floats, values: xr.DataArray, dim: str) -> MeanInterval:
-    """Return the mean over runs of the least-squares slope of values on x.
-
-    `values`: values (dim, run).
-    """
+    """Return the mean over runs of the least-squares slope of values (dim, run) on x."""
     centered = xr.DataArray(x - x.mean(), dims=dim)
     slopes = (values.drop_vars(dim, errors="ignore") * centered).sum(dim, skipna=False)
     return estimate_mean(slopes / float((centered**2).sum()))

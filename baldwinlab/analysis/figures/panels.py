@@ -264,10 +264,7 @@ def _stack(
 
 
 def merge_layouts(svg: bytes, figure: Figure, layout: NarrowLayout) -> bytes:
-    """Return an SVG image with the wide and the narrow layout of one drawing.
-
-    Returns the image. It fills its space, and shows the layout whose shape is closer to the space.
-    """
+    """Return an SVG image that shows the layout whose shape is closer to its space."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     narrow_ratio = layout.width / layout.height
     limit = (narrow_ratio * width / height) ** 0.5

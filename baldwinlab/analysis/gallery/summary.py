@@ -73,10 +73,7 @@ class QuestionSummary:
         return TITLES[self.question]
 
     def scale(self, decision: Decision) -> float:
-        """Return the factor that converts the effect of a system to `unit`.
-
-        `decision`: one of the decisions on the question.
-        """
+        """Return the factor that converts the effect of a system to `unit`."""
         return _find_scale(decision, self.unit)
 
 
@@ -189,10 +186,7 @@ def _describe_mean(summary: QuestionSummary) -> str:
 
 
 def format_effect(number: float) -> str:
-    """Return an effect with its sign and two digits, or all digits of a large integer part.
-
-    `number`: NaN is a dash.
-    """
+    """Return an effect with its sign and two digits, or all digits of a large integer part."""
     if isnan(number):
         return "–"
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"

@@ -53,7 +53,7 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
     models of all conditions are loaded and define the same shares.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
-    meanings = [_list_meanings(model_shares) for model_shares in shares]
+    meanings = [{name: share.meaning for name, share in entry.items()} for entry in shares]
     is_model_missing = len(shares) < len(conditions)
     if is_model_missing or any(meaning != meanings[0] for meaning in meanings):
         return xr.Dataset()
@@ -147,10 +147,6 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
         suffix = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
         titles[f"{shared[0]}{suffix}"] = shared[0]
     return titles
-
-
-def _list_meanings(shares: Mapping[str, Any]) -> dict[str, str]:
-    return {name: share.meaning for name, share in shares.items()}
 
 
 def _serialize_world(experiment: Experiment) -> str:

@@ -157,10 +157,7 @@ def _describe_energy(foraging: Iterable[Experiment]) -> str:
 def describe_variant(
     experiment: Experiment, paper: Paper, tuned_settings: Collection[str] = ()
 ) -> str:
-    """Return the variant of the paper that an experiment follows.
-
-    `tuned_settings`: settings that the stages of the paper choose. They are not compared.
-    """
+    """Return the variant of the paper that an experiment follows, apart from tuned settings."""
     differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
         # The paper may lack the condition, or the variant may not apply to it.

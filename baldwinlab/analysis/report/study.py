@@ -136,10 +136,7 @@ def _select_lives(report: ReportData, contrast: Contrast | None) -> list[StoredL
 
 
 def draw_report(report: ReportData) -> dict[str, Any]:
-    """Draw the figures of a report and compute its contents.
-
-    `report`: figures are written to `report.directory`/figures.
-    """
+    """Draw the figures of a report in its directory, and compute its contents."""
     folder = report.directory / "figures"
     contrasts = report.contrasts if report.contrasts and report.contrasts.rows else None
     drawn = [save_and_inline(figure, folder) for figure in draw_figures(report)]

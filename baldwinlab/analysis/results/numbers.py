@@ -66,10 +66,7 @@ def replace_undefined(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Write a table as CSV in UTF-8, with a header and full precision.
-
-    A missing value and NaN are empty cells.
-    """
+    """Write a table as CSV in UTF-8, with full precision. Missing values and NaN are empty."""
     text = io.StringIO()
     table = csv.DictWriter(text, columns, lineterminator="\n")
     table.writeheader()

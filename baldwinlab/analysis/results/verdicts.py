@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from math import isnan
@@ -84,7 +83,7 @@ def decide(rule: Rule, comparison: Comparison, p_holm: float, bound: Bound) -> V
     if rule.kind == "interval":
         return _decide_interval(rule, comparison, bound)
     lowest, highest = rule.limits(bound)
-    if math.isnan(comparison.effect):
+    if isnan(comparison.effect):
         return UNDECIDED
     return HOLDS if lowest <= comparison.effect <= highest else FAILS
 
@@ -108,7 +107,7 @@ def has_enough_runs(comparison: Comparison) -> bool:
 
 def _decide_interval(rule: Rule, comparison: Comparison, bound: Bound) -> Verdict:
     low, high = comparison.low, comparison.high
-    if not has_enough_runs(comparison) or math.isnan(low):
+    if not has_enough_runs(comparison) or isnan(low):
         return UNDECIDED
     lowest, highest = rule.limits(bound)
     if rule.contains_limits:

@@ -17,19 +17,15 @@ import numpy.typing as npt
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import Sample
+from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
 
 # Probabilities of the ends of a 95 % interval.
 LOW_QUANTILE = 0.025
 HIGH_QUANTILE = 0.975
-CONFIDENCE_LEVEL = 0.95
 
 
 class CurveInterval(NamedTuple):
-    """A mean or a median, and the ends of its 95 % interval, which are NaN for small samples.
-
-    The arrays do not have the dimension of the sample.
-    """
+    """A mean or a median over runs, and its 95 % interval, NaN for small samples."""
 
     center: xr.DataArray
     low: xr.DataArray
@@ -139,10 +135,7 @@ class Hurdle(NamedTuple):
 
 
 def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
-    """Divide runs by a threshold, and measure both parts of the hurdle model.
-
-    A run takes off if its value is above the threshold.
-    """
+    """Measure both parts of the hurdle model. A run takes off above the threshold."""
     sizes = values[values > threshold]
     share_low, share_high = proportion_interval(sizes.size, values.size)
     size = float(np.median(sizes)) if sizes.size else nan

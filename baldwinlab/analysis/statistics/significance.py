@@ -16,10 +16,9 @@ False discovery rate: Y. Benjamini and Y. Hochberg, Journal of the Royal Statist
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from itertools import count
-from math import ceil, comb, exp, isfinite, lgamma, log2, sqrt
+from math import ceil, comb, exp, isfinite, lgamma, log2, nextafter, sqrt
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -251,7 +250,7 @@ def _find_limit(factor: float) -> float:
     """
     limit = SIGNIFICANCE_LEVEL / factor
     while limit * factor < SIGNIFICANCE_LEVEL:
-        limit = math.nextafter(limit, 1)
-    while (smaller := math.nextafter(limit, 0)) * factor >= SIGNIFICANCE_LEVEL:
+        limit = nextafter(limit, 1)
+    while (smaller := nextafter(limit, 0)) * factor >= SIGNIFICANCE_LEVEL:
         limit = smaller
     return limit

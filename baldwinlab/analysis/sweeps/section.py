@@ -53,10 +53,7 @@ def write_sweep_report(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Path:
-    """Write the page of a sweep, and its figures as SVG and PNG, each atomically.
-
-    `directory`: figures are written to its folder `figures`.
-    """
+    """Write the page of a sweep, and its figures in the folder `figures`, each atomically."""
     title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
@@ -70,10 +67,7 @@ def make_section(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Section:
-    """Make the section of a sweep, and save its figures.
-
-    `directory`: figures are written to its folder `figures`.
-    """
+    """Make the section of a sweep, and save its figures in the folder `figures`."""
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
     shown_contrasts = contrasts if contrasts and contrasts.rows else None
