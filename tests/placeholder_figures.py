@@ -26,5 +26,5 @@ def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
 @contextmanager
 def save_placeholders() -> Iterator[None]:
     """Save placeholders until the block ends. Rendering takes most of the time of a report."""
-    with patch("baldwinlab.analysis.report.embedding.save_figure", save_placeholder):
+    with patch("baldwinlab.analysis.report.sections.save_figure", save_placeholder):
         yield

@@ -9,19 +9,22 @@ from math import nan
 from typing import Any
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.results.families import FamilyTest
+from baldwinlab.analysis.results.numbers import finite_or_none, replace_undefined
 from baldwinlab.analysis.results.verdicts import (
     TOO_FEW_RUNS,
     UNDECIDED,
     VERDICTS,
+    FamilyTest,
     Verdict,
     combine_verdicts,
     has_enough_runs,
 )
-from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
-from baldwinlab.analysis.statistics.power import describe_required_runs, interval_runs
-from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS
-from baldwinlab.analysis.statistics.stability import MIN_STABILITY
+from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY
+from baldwinlab.analysis.statistics.significance import (
+    MIN_INTERVAL_RUNS,
+    describe_required_runs,
+    interval_runs,
+)
 from baldwinlab.papers.claims import Claim, ClaimComparison
 from baldwinlab.papers.rules import RULES, Rule
 
@@ -227,6 +230,20 @@ class ClaimResult:
             return None
         effect = self.deciding.numbers.effect
         return None if math.isnan(effect) else effect - paper_value
+
+    @property
+    def agrees_with_paper(self) -> bool:
+        """Whether the value of the paper, if it has one, is inside the measured interval.
+
+        Without an interval, the two values must be equal.
+        """
+        difference, paper_value = self.difference_from_paper, self.claim.paper_value
+        if difference is None or self.deciding is None or paper_value is None:
+            return True
+        numbers = self.deciding.numbers
+        if math.isnan(numbers.low):
+            return difference == 0
+        return numbers.low <= paper_value <= numbers.high
 
     def record(self) -> dict[str, Any]:
         """Return the claim for JSON, with the numbers of the deciding comparison."""

@@ -14,12 +14,7 @@ from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.analysis.statistics.survival import Survival
 from baldwinlab.experiment.measures import measure_runs
 from baldwinlab.papers import load
-from baldwinlab.papers.claims import (
-    COMMON_MEASURES,
-    UNSEEN_MAPS_MEASURE,
-    Claim,
-    ClaimComparison,
-)
+from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE, Claim, ClaimComparison
 
 
 class ClaimSource(Protocol):

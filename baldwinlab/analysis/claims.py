@@ -18,13 +18,12 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS, Contrast
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
-from baldwinlab.analysis.results.verdicts import decide
-from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.results.numbers import to_csv
+from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family, decide
+from baldwinlab.analysis.statistics.comparisons import direction_stability
 from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
-from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
-from baldwinlab.analysis.statistics.stability import direction_stability
+from baldwinlab.analysis.statistics.intervals import estimate_probability
+from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison
@@ -181,47 +180,22 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     values = samples.get(comparison.a, comparison.measure)
     # A measure that a model defines may have no value.
     if not values.size:
-        return _undefined_comparison(n_a=0, n_b=0)
+        return statistics.Comparison(n_a=0, n_b=0)
     median = float(np.median(values))
+    effect, low, high = median, nan, nan
     statistic = RULES[comparison.rule].statistic
     if comparison.measure == "most":
         statistic = "maximum"
     if statistic in SUMMARIES:
         # A mean or an extreme of all runs has no interval.
         effect = float(SUMMARIES[statistic](values))
-        return _describe_single_sample(values.size, median, effect=effect)
-    if statistic == "probability":
-        probability, low, high = estimate_probability(values.values)
-        return _describe_single_sample(
-            n_runs=values.size, median=median, effect=probability, low=low, high=high
-        )
-    low, high = statistics.median_interval(values.values)
-    return _describe_single_sample(
-        n_runs=values.size, median=median, effect=median, low=low, high=high
-    )
-
-
-def _describe_single_sample(
-    n_runs: int, median: float, effect: float, low: float = nan, high: float = nan
-) -> statistics.Comparison:
-    """Return the fields of a comparison without a second sample. The others are NaN."""
+    elif statistic == "probability":
+        effect, low, high = estimate_probability(values.values)
+    else:
+        low, high = statistics.median_interval(values.values)
     return statistics.Comparison(
-        n_a=n_runs,
-        n_b=0,
-        median_a=median,
-        median_b=nan,
-        effect=effect,
-        low=low,
-        high=high,
-        u=nan,
-        p=nan,
-        a12=nan,
+        n_a=values.size, n_b=0, median_a=median, effect=effect, low=low, high=high
     )
-
-
-def _undefined_comparison(n_a: int, n_b: int) -> statistics.Comparison:
-    """Return a comparison whose fields are NaN, except for the sizes of the samples."""
-    return _describe_single_sample(n_a, median=nan, effect=nan)._replace(n_b=n_b)
 
 
 def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
@@ -229,7 +203,7 @@ def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statis
     a, b = _get_samples(comparison, samples)
     # A measure that a model defines may have no value.
     if not (a.size and b.size):
-        return _undefined_comparison(a.size, b.size)
+        return statistics.Comparison(a.size, b.size)
     if comparison.rule == "survives_longer":
         return compare_survival(
             samples.survival(comparison.a, comparison.measure),
@@ -255,10 +229,7 @@ def _get_samples(
 def claim_records(
     results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
-    """Return the results of claims as records for JSON.
-
-    `changes`: changes of the paper's model.
-    """
+    """Return the results of claims, and the changes of the paper's model, as records for JSON."""
     origin: dict[str, Any] = {"publication": paper} if paper else {}
     if changes:
         origin["changes"] = list(changes)

@@ -1,4 +1,4 @@
-"""Movies of traces (.mp4 or .gif), which show the map, its food, and agents with trails."""
+"""Movies of traces (.mp4 or .gif), and their images of a map, its food, and agents with trails."""
 
 from __future__ import annotations
 
@@ -9,20 +9,48 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
-from baldwinlab.analysis.agent_symbols import blend, list_symbols
+from baldwinlab.analysis.appearance import (
+    AgentSymbol,
+    blend,
+    draw_agent,
+    draw_shape,
+    list_symbol_numbers,
+    list_symbols,
+    read_appearance,
+)
 from baldwinlab.analysis.palette import MOVIE_COLORS, resolve_color
-from baldwinlab.analysis.scene import Scene, SceneRenderer
-from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import REPLAY_MARK, name_file_in_errors
 
+# Length of the longer side of a map, in pixels.
+MAX_SIDE_PIXELS = 640
+# Factor by which images are drawn larger before they are reduced, for smooth edges.
+OVERSAMPLING = 2
+# Length of a trail, and of the highlight of a meal, in time steps.
+TRAIL_STEPS = 60
+FLASH_STEPS = 24
+# Space above a map for its caption, in pixels.
+CAPTION_HEIGHT = 44
+# Legend of species: top, height of a row, space on the left, and radius of a symbol, in pixels.
+LEGEND_TOP = 41
+LEGEND_ROW_HEIGHT = 22
+LEGEND_INDENT = 8
+LEGEND_RADIUS = 6
+FONT = ImageFont.load_default(14)
+# Half the side of an item, length of an agent, and radius of the highlight of a meal, in map units.
+HALF_ITEM_SIDE = 5
+AGENT_LENGTH = 8
+FLASH_RADIUS = 13
+# Distance in map units that no agent covers in a step, except if it crosses the edge of the map.
+MAX_STEP_LENGTH = 10
 FRAMES_PER_SECOND = 25
 MAX_GIF_COLORS = 256
 MILLISECONDS_PER_SECOND = 1000
@@ -32,6 +60,190 @@ FULL_DISK_BYTES = 2**20
 MAX_SECONDS = 20
 # Space between two scenes, in pixels.
 SCENE_GAP = 4
+
+
+class Scene(NamedTuple):
+    """A trace and the size of its map."""
+
+    trace: xr.Dataset  # A lifetime, as `replay` returns it.
+    # The size of the map, in map units.
+    width: float
+    height: float
+    first_step: int = 0
+    # Number of steps of the lifetime. None: the trace is the complete lifetime.
+    n_steps: int | None = None
+
+
+class SceneRenderer:
+    """Renderer of a scene, step by step, with the symbols of the lab."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.trace = scene.trace
+        self.first_step = scene.first_step
+        self.n_steps = scene.n_steps or self.trace.sizes["step"]
+        self.appearance = read_appearance(self.trace)
+        # [step, agent]
+        self.x = self.trace.x.values
+        self.y = self.trace.y.values
+        self.heading = self.trace.heading.values
+        # The number of items eaten up to each step, [step, agent].
+        self.eaten = self.trace.eaten.values.cumsum(axis=0)
+        # [step, item]
+        self.item_x = self.trace.item_x.values
+        self.item_y = self.trace.item_y.values
+        self.scale = MAX_SIDE_PIXELS * OVERSAMPLING / max(scene.width, scene.height)
+        # Video needs even numbers of pixels.
+        self.size = tuple(
+            2 * round(side * self.scale / OVERSAMPLING / 2) for side in (scene.width, scene.height)
+        )
+        self.symbols = list_symbols(self.trace)
+        # [agent]
+        self.symbol_numbers = list_symbol_numbers(self.trace)
+        # Dead agents have no position, [step, agent].
+        self.is_alive = np.isfinite(self.x)
+        self.legend = self._arrange_legend()
+        n_rows = max((row for row, _, _ in self.legend), default=-1) + 1
+        self.map_top = CAPTION_HEIGHT + n_rows * LEGEND_ROW_HEIGHT
+        self.background = self._draw_background()
+
+    def frame(self, step: int) -> Image.Image:
+        """Draw a step, or the last step if the scene is shorter."""
+        last_step = self.trace.sizes["step"] - 1
+        step = min(step, last_step)
+        image = self.background.copy()
+        draw = ImageDraw.Draw(image)
+        self._draw_trails(draw, step)
+        self._draw_items(draw, step)
+        self._draw_agents(draw, step)
+        width, height = self.size
+        frame = Image.new("RGB", (width, height + self.map_top), MOVIE_COLORS["background"])
+        frame.paste(image.reduce(OVERSAMPLING), (0, self.map_top))
+        draw = ImageDraw.Draw(frame)
+        self._draw_caption(draw, step)
+        self._draw_legend(draw, step)
+        return frame
+
+    def _draw_background(self) -> Image.Image:
+        """Draw the immobile marks: regions of items, the birth disc and obstacles."""
+        width, height = self.size
+        size = (width * OVERSAMPLING, height * OVERSAMPLING)
+        image = Image.new("RGB", size, MOVIE_COLORS["background"])
+        draw = ImageDraw.Draw(image)
+        for mark in self.appearance["marks"]:
+            left = mark["x"] * self.scale
+            top = mark["y"] * self.scale
+            right = left + mark["width"] * self.scale
+            bottom = top + mark["height"] * self.scale
+            box = (left, top, right, bottom)
+            color = resolve_color(mark["color"])
+            is_disc = mark["kind"] == "disc"
+            draw_shape = draw.ellipse if is_disc else draw.rectangle
+            if mark["solid"]:
+                draw_shape(box, fill=color)
+            else:
+                fill = None if is_disc else blend(color, 0.1)
+                draw_shape(box, fill=fill, outline=blend(color, 0.5), width=OVERSAMPLING)
+        return image
+
+    def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        xs = self.item_x[step] * self.scale
+        ys = self.item_y[step] * self.scale
+        half_side = HALF_ITEM_SIDE * self.scale
+        # Items of a kind are next to each other, in the order of the kinds.
+        start = 0
+        for kind in self.appearance["item_kinds"]:
+            end = start + kind["number"]
+            for x, y in zip(xs[start:end], ys[start:end], strict=True):
+                box = (x - half_side, y - half_side, x + half_side, y + half_side)
+                draw.rectangle(box, fill=resolve_color(kind["color"]))
+            start = end
+
+    def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        steps = slice(max(0, step - TRAIL_STEPS), step + 1)
+        xs = self.x[steps]
+        ys = self.y[steps]
+        distances = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0))
+        crosses_edge = distances > MAX_STEP_LENGTH
+        for agent in range(self.trace.sizes["agent"]):
+            steps_after_edge = np.flatnonzero(crosses_edge[:, agent]) + 1
+            points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
+            points = points[self.is_alive[steps, agent]]
+            color = self._symbol(agent).trail
+            for path in np.split(points, steps_after_edge):
+                if len(path) > 1:
+                    line = [(float(x), float(y)) for x, y in path]
+                    draw.line(line, fill=color, width=OVERSAMPLING)
+
+    def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        """Draw living agents, filled after the first meal, with a flash at each meal."""
+        eaten = self.eaten[step]
+        eaten_before_flash = self.eaten[step - FLASH_STEPS] if step >= FLASH_STEPS else 0
+        is_eating = eaten > eaten_before_flash
+        length = AGENT_LENGTH * self.scale
+        radius = FLASH_RADIUS * self.scale
+        for agent in np.flatnonzero(self.is_alive[step]).tolist():
+            x = float(self.x[step, agent]) * self.scale
+            y = float(self.y[step, agent]) * self.scale
+            if is_eating[agent]:
+                draw.ellipse(
+                    (x - radius, y - radius, x + radius, y + radius), fill=MOVIE_COLORS["meal"]
+                )
+            symbol = self._symbol(agent)
+            heading = math.radians(float(self.heading[step, agent]))
+            fill = symbol.fill if eaten[agent] else MOVIE_COLORS["hungry"]
+            draw_agent(draw, symbol, (x, y), heading, length, fill, OVERSAMPLING)
+
+    def _symbol(self, agent: int) -> AgentSymbol:
+        return self.symbols[self.symbol_numbers[agent]]
+
+    def _arrange_legend(self) -> list[tuple[int, float, AgentSymbol]]:
+        """Return row, left edge in pixels, and symbol of each species; empty for one species."""
+        entries = []
+        row = 0
+        left: float = LEGEND_INDENT
+        for species_index, symbol in enumerate(self.symbols if "species" in self.trace else ()):
+            n_agents = self.symbol_numbers.count(species_index)
+            text = self._legend_text(symbol, n_agents, n_agents)
+            width = 4 * LEGEND_RADIUS + FONT.getlength(text) + 2 * LEGEND_INDENT
+            if left > LEGEND_INDENT and left + width > self.size[0]:
+                row += 1
+                left = LEGEND_INDENT
+            entries.append((row, left, symbol))
+            left += width
+        return entries
+
+    def _legend_text(self, symbol: AgentSymbol, n_alive: int, n_agents: int) -> str:
+        is_mortal = "alive" in self.trace
+        return f"{symbol.name}: {n_alive} of {n_agents} alive" if is_mortal else symbol.name
+
+    def _draw_legend(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        """Draw shape, name and number of living agents of each species."""
+        numbers = np.array(self.symbol_numbers)
+        for species_index, (row, left, symbol) in enumerate(self.legend):
+            n_alive = int(self.is_alive[step][numbers == species_index].sum())
+            text = self._legend_text(symbol, n_alive, int((numbers == species_index).sum()))
+            top = LEGEND_TOP + row * LEGEND_ROW_HEIGHT
+            center = (left + LEGEND_RADIUS, top + LEGEND_ROW_HEIGHT / 2)
+            draw_shape(draw, symbol, center, LEGEND_RADIUS, symbol.fill, 1)
+            draw.text((left + 3 * LEGEND_RADIUS, top + 3), text, MOVIE_COLORS["text"], FONT)
+
+    def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        """Draw the title, the step, the number of eaten items, and a progress bar."""
+        eaten = self.eaten[step]
+        number = self.first_step + step
+        width = self.size[0]
+        title = f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}"
+        progress = (
+            f"step {number:,} of {self.n_steps:,}: {eaten.sum():,} eaten, "
+            f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
+        )
+        draw.text((8, 4), title, MOVIE_COLORS["text"], FONT)
+        draw.text((8, 22), progress, MOVIE_COLORS["text"], FONT)
+        top = self.map_top - 3
+        bottom = self.map_top - 1
+        finished_width = width * min(1, (number + 1) / self.n_steps)
+        draw.rectangle((0, top, width, bottom), fill=MOVIE_COLORS["line"])
+        draw.rectangle((0, top, finished_width, bottom), fill=MOVIE_COLORS["agent"])
 
 
 class MovieError(BaldwinLabError):

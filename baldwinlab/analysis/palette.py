@@ -142,10 +142,7 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
 
 
 def resolve_color(color: str) -> str:
-    """Return a color on a light background as "#rrggbb".
-
-    `color`: a name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
-    """
+    """Return a name of `NAMED_COLORS` or `WORLD_COLORS` as "#rrggbb", on a light background."""
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
 
 
@@ -164,10 +161,7 @@ def choose_text_color(background: Sequence[float]) -> str:
 
 
 def choose_species_style(index: int) -> tuple[str, str]:
-    """Return the color and the shape of the agents of a species on a map.
-
-    Returns a name of `NAMED_COLORS`, and a name of `SPECIES_SHAPES`.
-    """
+    """Return names of `NAMED_COLORS` and `SPECIES_SHAPES` for the agents of a species on a map."""
     color = SPECIES_COLORS[index % len(SPECIES_COLORS)]
     shape = SPECIES_SHAPES[index % len(SPECIES_SHAPES)]
     return color, shape

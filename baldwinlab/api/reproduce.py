@@ -12,7 +12,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.assays.analysis import planned_tests
 from baldwinlab.analysis.claims import planned_claim_tests
 from baldwinlab.analysis.report.figures import check_figures
-from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.comparisons import format_instruction
 from baldwinlab.api.publish.gallery import compare_papers

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.bandit_exploration import Bandit, compute_payoff
+from baldwinlab.analysis.theory.choices import Bandit, compute_payoff
 from baldwinlab.experiment import assign
 from baldwinlab.models.bandit_explorers import BanditExplorers
 from baldwinlab.parts import LIFE, uniforms

@@ -9,7 +9,11 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
+from baldwinlab.analysis.theory.choices import (
+    cost_threshold,
+    learner_payoff,
+    tracker_payoff,
+)
 from baldwinlab.experiment import assign
 from baldwinlab.models.kit import draw_environment
 from baldwinlab.models.two_state_forager import TwoStateForager

@@ -21,12 +21,14 @@ from baldwinlab.analysis.assays.criteria import (
     INNATE_LAST,
     RULE_SIGNS,
     Criterion,
+    Terms,
     Verdict,
     combine_verdicts,
+    has_foragers,
     load_criteria,
+    select_terms,
 )
 from baldwinlab.analysis.assays.evaluation import compute_quantities
-from baldwinlab.analysis.assays.phrases import Terms, has_foragers, select_terms
 from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
@@ -36,7 +38,6 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
 from baldwinlab.analysis.results.verdicts import (
     NO,
     NOT_MEASURABLE,
@@ -44,8 +45,10 @@ from baldwinlab.analysis.results.verdicts import (
     TOO_FEW_RUNS,
     UNDECIDED,
     YES,
+    FamilyTest,
+    correct_family,
 )
-from baldwinlab.analysis.statistics.sample_sizes import (
+from baldwinlab.analysis.statistics.significance import (
     PlannedTest,
     describe_too_few,
     plan_paired_test,
@@ -302,10 +305,7 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the largest possible set of tests of planned assays.
-
-    Returns the tests. Some may not be made, because their quantities may be undefined.
-    """
+    """Return the tests of planned assays, also those whose quantities may be undefined."""
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):

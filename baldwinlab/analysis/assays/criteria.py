@@ -1,15 +1,17 @@
-"""Criteria of the Baldwin effect, read from `questions.toml`, and their verdicts."""
+"""Criteria of the Baldwin effect, read from `questions.toml`, their verdicts, and their terms.
+
+The terms of a text depend on whether a model has food and weights.
+"""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
-from baldwinlab.analysis.assays.phrases import Terms, fill_terms, select_terms
 from baldwinlab.analysis.assays.values import Quantity
 from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -19,6 +21,34 @@ RULE_SIGNS: Final = {"greater": 1, "lower": -1}
 # Innate fitness in the last generations of a condition, and of its no-learning control.
 INNATE_LAST: Final[Quantity] = ("off", "last")
 CONTROL_LAST: Final[Quantity] = ("no-learning control", "last")
+
+
+class Terms(NamedTuple):
+    """Words that the texts of the section contain as placeholders, for example "{weights}"."""
+
+    eat: str
+    eats: str
+    weights: str
+
+
+FOOD_TERMS: Final = Terms(eat="eat", eats="eats", weights="weights")
+# Agents of other models gain fitness, and learning may change more than weights.
+FITNESS_TERMS: Final = Terms(eat="gain", eats="gains", weights="genome")
+
+
+def has_foragers(experiments: Iterable[BaseExperiment]) -> bool:
+    """Return whether any condition uses the MiniWorld model."""
+    return any(isinstance(experiment, Experiment) for experiment in experiments)
+
+
+def select_terms(is_foraging: bool) -> Terms:
+    """Return the terms for conditions of which any, or none, uses the MiniWorld model."""
+    return FOOD_TERMS if is_foraging else FITNESS_TERMS
+
+
+def fill_terms(text: str, terms: Terms) -> str:
+    """Replace the placeholders of a text of this package. The text has no other braces."""
+    return text.format_map(terms._asdict())
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the age of the last common ancestor, and the effective number of founders.
-
-    The figure has two panels per map.
-    """
+    """Draw the age of the last common ancestor, and the effective founders: two panels per map."""
     stored = {
         name: data for name, data in stored.items() if data["effective_ancestors"].notnull().any()
     }

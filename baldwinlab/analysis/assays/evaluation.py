@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import xarray as xr
 
-from baldwinlab.analysis.assays.phrases import Terms, fill_terms
+from baldwinlab.analysis.assays.criteria import Terms, fill_terms
 from baldwinlab.analysis.assays.values import Assays, Quantity, Stored
 
 if TYPE_CHECKING:

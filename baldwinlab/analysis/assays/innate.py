@@ -17,11 +17,7 @@ from baldwinlab.analysis.assays.evaluation import (
     QuantityValues,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, make_blocks_of_conditions
-from baldwinlab.analysis.assays.values import (
-    Stored,
-    compute_share,
-    weight_distances,
-)
+from baldwinlab.analysis.assays.values import Stored, compute_share, weight_distances
 from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks, start_at_zero
 from baldwinlab.analysis.figures.style import (
     BROWN,
@@ -89,11 +85,7 @@ def compute_neutral_quantities(data: xr.Dataset, last: int) -> Iterator[Quantity
 
 @styled
 def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of each kind of life, and its ratio to the fitness with learning.
-
-    The figure has two panels per condition: the fitness by generation (top) and its ratio to the
-    fitness with learning (bottom).
-    """
+    """Draw the fitness of each kind of life (top), and its ratio to that with learning (bottom)."""
     figure, grid = make_blocks_of_conditions(stored, names, 2, 2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = stored[name]["energy"].mean("agent")
@@ -116,10 +108,7 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
 
 @styled
 def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the gain from learning, and the distance that learning moves the weights of a layer.
-
-    The figure has one panel per condition, and a second one if a model has weights.
-    """
+    """Draw the gain from learning, and the distances that learning moves weights, if any."""
     distances = {name: weight_distances(stored[name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation, AssayFigure, QuantityValues
 from baldwinlab.analysis.assays.panels import make_blocks_of_conditions
 from baldwinlab.analysis.assays.values import Stored
-from baldwinlab.analysis.figures.strips import draw_strip, label_strips
+from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import GRAY, styled
 
 
@@ -22,10 +22,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_modules(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of agents with evolved and with random modules, with one point per run.
-
-    The figure has one panel per condition. A line is the median.
-    """
+    """Draw the fitness of agents with evolved and with random modules, by run."""
     figure, grid = make_blocks_of_conditions(stored, names, 1, 2.3)
     for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
         axes = panels[0]

@@ -19,10 +19,9 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation
-from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,
     add_detail,
@@ -31,15 +30,19 @@ from baldwinlab.analysis.report.tables import (
     describe_medians,
     number_cells,
 )
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS
-from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED, Difference
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
-from baldwinlab.analysis.statistics.sample_sizes import (
-    describe_too_few,
-    plan_paired_test,
+from baldwinlab.analysis.results.verdicts import (
+    HIGHER,
+    LOWER,
+    TOO_FEW_RUNS,
+    UNDECIDED,
+    Difference,
+    FamilyTest,
+    correct_family,
 )
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
+from baldwinlab.analysis.statistics.significance import describe_too_few, plan_paired_test
 
 OPPONENTS: Final = "opponents"
 DIFFERENCES: Final = (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
@@ -81,10 +84,7 @@ class GenerationTest:
 
 
 def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
-    """Return the matrix of each species.
-
-    Returns two matrices, in the order of the species.
-    """
+    """Return the matrix of each species, in the order of the species."""
     names = [str(name) for name in data["species"].values]
     matrices = []
     for own_dim, opponent_dim, species, opponents in (
@@ -211,10 +211,7 @@ def _test_cells(test: GenerationTest) -> list[Any]:
 
 @styled
 def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
-    """Draw the fitness of both species by generation and by generation of the opponents.
-
-    The figure has one row per condition, one column per species.
-    """
+    """Draw the fitness of species by own and opponents' generation: a row per condition."""
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))
     grid = figure.subplots(len(stored), 2, squeeze=False)

@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.curves import draw_curve, draw_legend, make_blocks
 from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, choose_style
 from baldwinlab.analysis.palette import NEWBORN_COLORS
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.intervals import interval_of_median
 
 # From the first to the last generation of newborns.
 NEWBORN_STYLES: Final = [

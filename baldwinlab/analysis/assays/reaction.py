@@ -42,10 +42,7 @@ def name_setting(field: str, value: str) -> str:
 
 @styled
 def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of the last generation in changed settings.
-
-    The figure has one row per setting, one column per map, one line per condition.
-    """
+    """Draw fitness in changed settings: a row per setting, a column per map."""
     panels = make_reaction_panels(stored)
     factors = {name: read_factors(data) for name, data in stored.items()}
     styles = style_learners(stored)

@@ -78,10 +78,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw fitness by the multiple of the amount of learning.
-
-    The figure has one panel per condition, one line per generation.
-    """
+    """Draw fitness by the multiple of the amount of learning: a panel per condition."""
     figure, grid = make_blocks_of_conditions(stored, names, 1, 2.3)
     for (axes,), name in zip(grid, names, strict=True):
         data = stored[name]

@@ -15,12 +15,10 @@ from baldwinlab.analysis.assays.analysis import (
     Number,
     evaluate_assays,
 )
-from baldwinlab.analysis.assays.criteria import load_rules
+from baldwinlab.analysis.assays.criteria import fill_terms, load_rules
 from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.phrases import fill_terms
 from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,
     add_detail,
@@ -30,10 +28,15 @@ from baldwinlab.analysis.report.tables import (
     number_cells,
     tabulate,
 )
-from baldwinlab.analysis.results.numbers import format_estimate, format_number
+from baldwinlab.analysis.results.numbers import (
+    finite_or_none,
+    format_estimate,
+    format_number,
+    replace_undefined,
+    to_csv,
+)
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS
-from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_median, tabulate_interval
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.paper import Inference
@@ -247,10 +250,7 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, Any]]:
-    """Return the rows of a table: the condition, the time ("start"), the measure, and the numbers.
-
-    A row without all numbers is omitted.
-    """
+    """Return rows of condition, time ("start"), measure and numbers, if all numbers are known."""
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers
     }
@@ -272,10 +272,7 @@ def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, A
 
 
 def write_analysis(analysis: Analysis, directory: Path) -> None:
-    """Write `baldwin.json` and `baldwin.csv`, each atomically.
-
-    `analysis`: `baldwin.csv` has one row per number and per comparison.
-    """
+    """Write `baldwin.json`, and `baldwin.csv` with a row per number and comparison, atomically."""
     record = {
         "last": analysis.last,
         "conditions": {result.condition: _condition_record(result) for result in analysis.results},

@@ -11,7 +11,7 @@ from itertools import chain
 from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
-from baldwinlab.analysis.assays.phrases import Terms
+from baldwinlab.analysis.assays.criteria import Terms
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.papers.paper import Inference

@@ -71,10 +71,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_within_life(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the items eaten by step of a lifetime, and the share of agents with a first meal.
-
-    `unit`: label of fitness. Not used. The figure has two panels per condition.
-    """
+    """Draw the items eaten by step of a lifetime, and the share of agents with a first meal."""
     figure, grid = make_blocks_of_conditions(stored, names, 2, 2.3)
     for (top, bottom), name in zip(grid, names, strict=True):
         data = stored[name]

@@ -14,13 +14,9 @@ from scipy import stats
 
 from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
-from baldwinlab.analysis.atlas.statistics import (
-    estimate_mean,
-    estimate_slope,
-    is_equivalent,
-)
+from baldwinlab.analysis.atlas.tables import estimate_mean, estimate_slope, is_equivalent
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
-from baldwinlab.analysis.statistics.sample_sizes import MIN_INTERVAL_RUNS
+from baldwinlab.analysis.statistics.significance import MIN_INTERVAL_RUNS
 from baldwinlab.analysis.theory.needle import selection_against_unset
 from baldwinlab.papers.atlas_design import AtlasClaim
 
@@ -67,10 +63,7 @@ class AtlasClaimResult(NamedTuple):
 
 
 def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasClaimResult]:
-    """Evaluate all claims.
-
-    Returns the results in the order of the claims.
-    """
+    """Evaluate all claims, in their order."""
     results = []
     for claim in claims:
         names, evaluate = EVALUATIONS[claim.id]

@@ -15,9 +15,13 @@ from matplotlib.image import AxesImage
 
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.tables import format_label
-from baldwinlab.analysis.figures.cells import draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import (
+    EstimateStyle,
+    draw_cells,
+    draw_estimates,
+    label_cells,
+)
 from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
 
@@ -43,10 +47,7 @@ class ShownOutcome(NamedTuple):
     high: float
 
     def scale(self, value: float) -> float:
-        """Return the position of a value in the range of the colors, 0 to 1 in the range.
-
-        `value`: value of the outcome, or NaN.
-        """
+        """Return the position of a value, which may be NaN, in the range of the colors."""
         return (value - self.low) / (self.high - self.low)
 
 
@@ -126,11 +127,7 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 
 @styled
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
-    """Draw measured residual learning against the unfitted law, for all maps.
-
-    `points`: one entry per map with a law. The figure has a square panel per map, with the line of
-    equality.
-    """
+    """Draw measured residual learning against the unfitted law, with the line of equality."""
     figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
     for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)

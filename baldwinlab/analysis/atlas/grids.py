@@ -19,9 +19,13 @@ from matplotlib.colors import to_hex, to_rgb
 from baldwinlab.analysis.atlas.figures import choose_outcome, format_cell
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
-from baldwinlab.analysis.atlas.statistics import estimate_mean
-from baldwinlab.analysis.atlas.tables import describe_settings, format_label, list_cells
-from baldwinlab.analysis.figures.cells import CIVIDIS
+from baldwinlab.analysis.atlas.tables import (
+    describe_settings,
+    estimate_mean,
+    format_label,
+    list_cells,
+)
+from baldwinlab.analysis.figures.charts import CIVIDIS
 from baldwinlab.analysis.palette import PALE, choose_text_color
 from baldwinlab.analysis.report.tables import Table
 

@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
-from baldwinlab.analysis.theory.bandit_exploration import Bandit, find_best_exploration
+from baldwinlab.analysis.theory.adaptive_walk import mutation_supply
+from baldwinlab.analysis.theory.choices import Bandit, cost_threshold, find_best_exploration
 from baldwinlab.analysis.theory.moving_optimum import (
     selection_variance,
     steady_mismatch,
@@ -20,8 +21,6 @@ from baldwinlab.analysis.theory.moving_optimum import (
     variance_of_segregation,
 )
 from baldwinlab.analysis.theory.needle import balance_of_unset
-from baldwinlab.analysis.theory.nk import mutation_supply
-from baldwinlab.analysis.theory.two_state import cost_threshold
 
 # Settings of the maps that no axis varies. A test compares them with the files of the maps.
 BITS: Final = 16

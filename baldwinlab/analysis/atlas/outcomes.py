@@ -19,13 +19,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
-from baldwinlab.analysis.estimands.assimilation import measure_assimilation
-from baldwinlab.analysis.estimands.selection_differentials import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     compute_differentials,
     relative_difference,
 )
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
+    measure_assimilation,
     read_record,
     select_innate_trait,
     select_learned_distance,
@@ -64,10 +64,7 @@ class CellData(NamedTuple):
 
 
 def reduce_cell(cell: CellData) -> xr.Dataset:
-    """Return the variables of the table above.
-
-    Returns means over agents, float64.
-    """
+    """Return the variables of the table above, means over agents."""
     generations = cell.innate["generation"]
     learners, controls = (
         data.sel(generation=generations) for data in (cell.learners, cell.controls)
@@ -101,10 +98,7 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
 
 
 def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
-    """Return the outcomes of each run of a cell.
-
-    Returns the variables of `OUTCOMES` (run). NaN where an outcome is not defined.
-    """
+    """Return the variables of `OUTCOMES` (run), NaN where an outcome is not defined."""
     undefined = cell["founder_mean"] * np.nan
     last = {"generation": slice(-N_WINDOW, None)}
     # Founders of a clonal run do not vary, so their variance includes that between runs.
@@ -144,10 +138,7 @@ def _assimilation(cell: xr.Dataset) -> xr.DataArray:
 
 
 def _time_to_plateau(distance: xr.DataArray) -> xr.DataArray:
-    """Return the first measured generation with 90 % of the final assimilation (run).
-
-    NaN in a run whose distance has not fallen.
-    """
+    """Return the first generation with 90 % of the final assimilation (run), NaN without any."""
     first = distance.isel(generation=0)
     fall = first - distance.isel(generation=slice(-N_WINDOW, None)).mean("generation")
     has_fallen = (first - distance >= PLATEAU_SHARE * fall) & (fall > 0)

@@ -1,13 +1,16 @@
 """Estimands of the Baldwin effect: one value per run for each question."""
 
-from baldwinlab.analysis.estimands.estimate import (
+from baldwinlab.analysis.estimands.questions import (
+    ESTIMANDS,
     IMPOSSIBLE,
     MEASURED,
     NOT_MEASURABLE,
+    QUESTIONS,
+    Estimand,
     Estimate,
     Measurability,
+    estimate,
 )
-from baldwinlab.analysis.estimands.questions import ESTIMANDS, QUESTIONS, Estimand, estimate
 
 __all__ = [
     "ESTIMANDS",

@@ -163,10 +163,7 @@ def _apply_to_agents(fitness: xr.DataArray, function: Callable[[Floats], Floats]
 
 
 def _assign_by_rank(fitness: Floats, offspring: Floats) -> Floats:
-    """Return the offspring of each agent from those by rank. Equally fit agents share equally.
-
-    The result is NaN if the fitness of an agent of the population is NaN.
-    """
+    """Return the offspring of each agent. Equally fit agents share equally; NaN remains NaN."""
     n_fitter = stats.rankdata(-fitness, "min", axis=-1, nan_policy="propagate") - 1
     n_not_less_fit = stats.rankdata(-fitness, "max", axis=-1, nan_policy="propagate")
     has_ranks = np.isfinite(n_fitter)

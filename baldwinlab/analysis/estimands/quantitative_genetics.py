@@ -1,30 +1,200 @@
-"""Quantitative genetics of stored generations: heritability, response, and maps of distances.
+"""Quantitative genetics of stored generations: selection, Price's equation and heritability.
+
+The standardized selection differential is the covariance of relative fitness and trait, in units of
+the trait's standard deviation. It is the change of the mean trait by selection, before inheritance
+and mutation. Learning guides selection if the differential is larger with learning than without,
+and hides innate differences from selection if it is smaller.
+
+Price's equation with the realized numbers of offspring W is an identity:
+
+    mean z' - mean z = Cov(W, z) / mean W + E(W (z_child - z)) / mean W
+
+The first term is split by expected numbers of offspring, with learning off and on. The rest of it
+is the sampling of parents, which is drift.
 
 References
 ----------
-.. [1] D. S. Falconer and T. F. C. Mackay, "Introduction to quantitative genetics", 4th edition
-   (1996).
-.. [2] R. Lande and S. J. Arnold, "The measurement of selection on correlated characters",
+.. [1] A. Robertson, "A mathematical model of the culling process in dairy cattle", Animal
+   Production 8 (1966).
+.. [2] G. R. Price, "Selection and covariance", Nature 227 (1970).
+.. [3] R. Lande and S. J. Arnold, "The measurement of selection on correlated characters",
    Evolution 37 (1983).
-.. [3] N. Mantel, "The detection of disease clustering and a generalized regression approach",
+.. [4] S. A. Frank, "Natural selection. IV. The Price equation", Journal of Evolutionary Biology 25
+   (2012).
+.. [5] D. S. Falconer and T. F. C. Mackay, "Introduction to quantitative genetics", 4th edition
+   (1996).
+.. [6] N. Mantel, "The detection of disease clustering and a generalized regression approach",
    Cancer Research 27 (1967).
-.. [4] G. Mayley, "Landscapes, learning costs, and genetic assimilation", Evolutionary Computation 4
+.. [7] G. Mayley, "Landscapes, learning costs, and genetic assimilation", Evolutionary Computation 4
    (1996).
 """
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 from scipy.spatial import distance
 
-from baldwinlab.analysis.estimands.price_partition import (
-    count_offspring,
-    mean_of_parents,
-    pair_generations,
-)
-from baldwinlab.analysis.estimands.selection_differentials import covariance
+from baldwinlab.analysis.estimands.expected_offspring import RANK_SCHEMES, expect_offspring
+from baldwinlab.experiment import BaseExperiment
+
+PARTS: Final = ("selection without learning", "added by learning", "drift", "transmission")
+# A standard deviation below this share of the largest absolute value is rounding.
+SMALLEST_RELATIVE_SD = 1e-9
+
+
+def count_offspring(parents: xr.DataArray) -> xr.DataArray:
+    """Return the realized number of offspring of each agent, whose mean is 1.
+
+    `parents` (..., agent, parent) are those of the next generation. A child is half an offspring of
+    each of its two parents.
+    """
+
+    def count(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+        slots = np.bincount(numbers.ravel(), minlength=len(numbers))
+        shares: npt.NDArray[np.float64] = slots / numbers.shape[-1]
+        return shares
+
+    offspring: xr.DataArray = xr.apply_ufunc(
+        count,
+        parents.astype(np.int64),
+        input_core_dims=[["agent", "parent"]],
+        output_core_dims=[["agent"]],
+        vectorize=True,
+        output_dtypes=[np.float64],
+    )
+    return offspring
+
+
+def mean_of_parents(trait: xr.DataArray, parents: xr.DataArray) -> xr.DataArray:
+    """Return the mean trait of the two parents (..., agent, parent) of each child."""
+    means: xr.DataArray = xr.apply_ufunc(
+        lambda values, numbers: values[numbers].mean(axis=-1),
+        trait,
+        parents.astype(np.int64),
+        input_core_dims=[["agent"], ["agent", "parent"]],
+        output_core_dims=[["agent"]],
+        vectorize=True,
+        output_dtypes=[np.float64],
+    )
+    return means
+
+
+def pair_generations(
+    trait: xr.DataArray, parents: xr.DataArray, candidates: xr.DataArray
+) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Return the traits of parents and of their children, and the parents of the children.
+
+    Only those of the candidate generations are returned in which both have a trait. The coordinate
+    `generation` is that of the parents' generation.
+    """
+    # Sums of float32 values would be exact only to seven digits.
+    trait = trait.astype(np.float64)
+    numbers = set(trait["generation"].values.tolist())
+    starts = [start for start in candidates.values.tolist() if {start, start + 1} <= numbers]
+    before = trait.sel(generation=starts)
+    after, parents_after = (
+        values.sel(generation=[start + 1 for start in starts]).assign_coords(
+            generation=before["generation"]
+        )
+        for values in (trait, parents)
+    )
+    return before, after, parents_after
+
+
+def partition_change(
+    trait: xr.DataArray,
+    parents: xr.DataArray,
+    offspring_off: xr.DataArray,
+    offspring_on: xr.DataArray,
+) -> xr.Dataset:
+    """Partition the change of the mean of an innate trait z in every generation (Price 1970).
+
+    `parents` are stored parents (run, generation, agent, parent). The expected numbers of offspring
+    with learning off and on may lack generations. The result has "change" and the four parts of
+    `PARTS`, which add up to the change:
+
+    - selection without learning: Cov(w_off, z) / mean w_off, w_off expected.
+    - added by learning: the same with w_on, minus the first part.
+    - drift: the same with the realized number of offspring, minus that with w_on.
+    - transmission: mean over children of z minus the mean of the parents' z, which is
+      E(W (z_child - z)) / mean W with the realized number of offspring W.
+    """
+    before, after, parents_after = pair_generations(trait, parents, offspring_off["generation"])
+    starts = before["generation"]
+    realized = covariance(count_offspring(parents_after), before)
+    without_learning = covariance(offspring_off.sel(generation=starts), before)
+    with_learning = covariance(offspring_on.sel(generation=starts), before)
+    parts = (
+        without_learning,
+        with_learning - without_learning,
+        realized - with_learning,
+        (after - mean_of_parents(before, parents_after)).mean("agent"),
+    )
+    change = after.mean("agent") - before.mean("agent")
+    return xr.Dataset({"change": change, **dict(zip(PARTS, parts, strict=True))})
+
+
+def covariance(weights: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
+    """Return the covariance of relative fitness and a trait over agents.
+
+    Cov(w / mean w, z) = mean(w z) / mean w - mean z, the first term of Price's equation. The
+    fitness w is an expected or a realized number of offspring.
+    """
+    deviation = trait - trait.mean("agent")
+    return (weights * deviation).mean("agent") / weights.mean("agent")
+
+
+def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
+    """Return a differential in units of the trait's SD over agents; NaN where it does not vary."""
+    sd = trait.std("agent")
+    smallest_sd = SMALLEST_RELATIVE_SD * abs(trait).max("agent")
+    return differential / sd.where(sd > smallest_sd)
+
+
+def compute_differentials(
+    innate: xr.Dataset, trait: xr.DataArray, experiment: BaseExperiment
+) -> xr.Dataset:
+    """Compute the selection differentials with learning "on" and "off", and their "difference".
+
+    S = Cov(w / mean w, z) / SD(z) (Robertson 1966; Lande and Arnold 1983). The fitness w is the
+    expected number of offspring of an agent under the selection scheme of the experiment, from its
+    fitness with learning on or off in the assay `innate`. The innate trait z is (run, generation,
+    agent).
+    """
+    differentials = {}
+    for life in ("on", "off"):
+        offspring = expect_offspring(innate["energy"].sel(life=life, drop=True), experiment)
+        differentials[life] = standardize(covariance(offspring, trait), trait)
+    difference = differentials["on"] - differentials["off"]
+    return xr.Dataset({**differentials, "difference": difference})
+
+
+def average_difference(differentials: xr.Dataset) -> xr.DataArray:
+    """Return the mean of S_on - S_off over the generations in which the trait varies (run)."""
+    return differentials["difference"].mean("generation")
+
+
+def relative_difference(differentials: xr.Dataset) -> xr.DataArray:
+    """Return the sum of S_on over the generations, divided by that of S_off, minus 1 (run).
+
+    The value is 0 if the same amount of selection acts with learning and without, and -1 if
+    no selection with learning acts on the trait. It is NaN if the sum of S_off is not above 0.
+    """
+    on, off = differentials["on"].sum("generation"), differentials["off"].sum("generation")
+    return on / off.where(off > 0) - 1
+
+
+def is_sign_informative(experiment: BaseExperiment, is_innate_fitness: bool) -> bool:
+    """Return whether S_on - S_off can have both signs.
+
+    If selection reads only ranks, S_off of innate fitness is the largest possible, so that S_on
+    cannot be larger.
+    """
+    return not (is_innate_fitness and experiment.evolution.selection in RANK_SCHEMES)
 
 
 def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Dataset:

@@ -6,26 +6,16 @@ Values have one sign convention: 0 means no effect, and a value above 0 means ye
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Final, NamedTuple
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final, Literal, NamedTuple
 
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
 from baldwinlab.analysis.assays.values import drop_labels
-from baldwinlab.analysis.estimands.assimilation import (
-    measure_assimilation,
-    measure_foraging_times,
-    measure_savings,
-)
-from baldwinlab.analysis.estimands.estimate import (
-    IMPOSSIBLE,
-    MEASURED,
-    NOT_MEASURABLE,
-    Estimate,
-    Measurability,
-)
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES
-from baldwinlab.analysis.estimands.selection_differentials import (
+from baldwinlab.analysis.estimands.quantitative_genetics import (
     average_difference,
     compute_differentials,
     is_sign_informative,
@@ -34,12 +24,19 @@ from baldwinlab.analysis.estimands.selection_differentials import (
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
     Trait,
+    measure_assimilation,
+    measure_foraging_times,
+    measure_savings,
     read_record,
     select_innate_trait,
     select_learned_distance,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 
+Measurability = Literal["impossible", "not measurable", "measured"]
+IMPOSSIBLE: Final[Measurability] = "impossible"
+NOT_MEASURABLE: Final[Measurability] = "not measurable"
+MEASURED: Final[Measurability] = "measured"
 # Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
 # generation, 10 % of the selection without learning, 5 % of the learned distance and of the
 # learning time, and 2 % of the innate fitness of the better genomes.
@@ -51,36 +48,47 @@ STANDARD_DEVIATIONS: Final = "standard deviations per generation"
 RELATIVE_INNATE_FITNESS: Final = "relative innate fitness"
 
 
-class ConditionData(NamedTuple):
-    """Stored data of one condition that evolves and learns.
+@dataclass(frozen=True)
+class Estimate:
+    """An estimand of a condition, with one value per run.
 
     Attributes
     ----------
-    runs : xr.Dataset
-        The runs, with the dimensions (run, generation, agent).
-    assays : mapping of str to xr.Dataset
-        Stored assays by name.
-    experiment : BaseExperiment
-        The experiment.
-    last : int
-        Number of generations in the first and the last window.
+    measurability : str
+        "impossible": the construction of the experiment determines the answer.
+        "not measurable": the stored data or the scale cannot show an effect.
+        "measured": the values are defined.
+    reason : str
+        Reason for the measurability, or the definition of the values, in one sentence.
+    trait : str
+        Trait or measure on which the question is answered.
+    unit : str
+        Unit of the values.
+    values : xr.DataArray or None
+        Values (run). 0 means no effect, and a value above 0 means yes. NaN marks a run in which
+        the value is undefined. None unless `measurability` is "measured".
+    equivalence_bound : float
+        Largest absolute effect that counts as equivalent to no effect, in the unit of the values.
+    question : str
+        Name of the question, for example "assimilation".
     """
-
-    runs: xr.Dataset
-    assays: Mapping[str, xr.Dataset]
-    experiment: BaseExperiment
-    last: int
-
-
-class Result(NamedTuple):
-    """Result of an estimand: an `Estimate` without its question."""
 
     measurability: Measurability
     reason: str
     trait: str = ""
     unit: str = "1"
     values: xr.DataArray | None = None
-    bound: float = 0.0
+    equivalence_bound: float = 0.0
+    question: str = ""
+
+
+class ConditionData(NamedTuple):
+    """Stored data of one condition that evolves and learns."""
+
+    runs: xr.Dataset  # With the dimensions (run, generation, agent).
+    assays: Mapping[str, xr.Dataset]  # Stored assays by name.
+    experiment: BaseExperiment
+    last: int  # Number of generations in the first and the last window.
 
 
 class Estimand(NamedTuple):
@@ -92,6 +100,8 @@ class Estimand(NamedTuple):
         Name of the question.
     text : str
         The question. A value above 0 means yes.
+    statement : str
+        The answer "yes" as a statement.
     opposite : str
         Meaning of a value below 0.
     measure : callable
@@ -100,26 +110,27 @@ class Estimand(NamedTuple):
 
     question: str
     text: str
+    statement: str
     opposite: str
-    measure: Callable[[ConditionData], Result]
+    measure: Callable[[ConditionData], Estimate]
 
 
-def _missing_assay(name: str) -> Result:
-    return Result(NOT_MEASURABLE, f"The assay {name} is not stored.")
+def _missing_assay(name: str) -> Estimate:
+    return Estimate(NOT_MEASURABLE, f"The assay {name} is not stored.")
 
 
-def _measure_selection(data: ConditionData) -> Result:
+def _measure_selection(data: ConditionData) -> Estimate:
     if "innate" not in data.assays:
         return _missing_assay("innate")
     innate = data.assays["innate"]
     scheme = data.experiment.evolution.selection
     if scheme not in SCHEMES:
         reason = f"The expected number of offspring under the selection {scheme} is not known."
-        return Result(NOT_MEASURABLE, reason)
+        return Estimate(NOT_MEASURABLE, reason)
     trait = select_innate_trait(data.runs, innate, data.experiment)
     differentials = compute_differentials(innate, trait.values, data.experiment)
     if is_sign_informative(data.experiment, trait.name == INNATE_FITNESS):
-        return Result(
+        return Estimate(
             MEASURED,
             "S_on - S_off: selection differential with learning minus that without, mean over "
             "generations.",
@@ -128,7 +139,7 @@ def _measure_selection(data: ConditionData) -> Result:
             average_difference(differentials),
             DIFFERENCE_BOUND,
         )
-    return Result(
+    return Estimate(
         MEASURED,
         "S_on / S_off - 1, over all generations: selection by ranks gives innate fitness the "
         "largest possible S_off, so that only a loss of selection can be measured.",
@@ -139,25 +150,7 @@ def _measure_selection(data: ConditionData) -> Result:
     )
 
 
-def _measure_history(data: ConditionData) -> Result:
-    return _measure_fork(
-        data,
-        "history",
-        "Innate fitness of learners' genomes minus that of the control's, both after the same "
-        "further generations without learning.",
-    )
-
-
-def _measure_regime(data: ConditionData) -> Result:
-    return _measure_fork(
-        data,
-        "regime",
-        "Innate fitness after further generations with learning minus that after as many without, "
-        "mean over the genomes of learners and of the control.",
-    )
-
-
-def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
+def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate:
     if "fork" not in data.assays:
         return _missing_assay("fork")
     fork = data.assays["fork"].isel(generation=[-1])
@@ -165,25 +158,25 @@ def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
     if innate_fitness.min() == innate_fitness.max():
         value = f"{float(innate_fitness.min()):g}"
         reason = f"Innate fitness is {value} for all agents of all branches."
-        return Result(NOT_MEASURABLE, reason)
+        return Estimate(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
     without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
     # For fitness of at least 0, the mean effect of history is then between -1 and 1.
     scale = abs(without_learning.mean(("run", "agent"))).max()
     values = effects / scale.where(scale > 0)
-    return Result(MEASURED, reason, RELATIVE_INNATE_FITNESS, "1", values, FORK_BOUND)
+    return Estimate(MEASURED, definition, RELATIVE_INNATE_FITNESS, "1", values, FORK_BOUND)
 
 
-def _measure_assimilation(data: ConditionData) -> Result:
+def _measure_assimilation(data: ConditionData) -> Estimate:
     model = data.experiment.loaded_model
     if model is not None and model.assimilation_obstacle:
-        return Result(IMPOSSIBLE, model.assimilation_obstacle)
+        return Estimate(IMPOSSIBLE, model.assimilation_obstacle)
     if "innate" not in data.assays:
         return _missing_assay("innate")
     distance = select_learned_distance(data.runs, data.assays["innate"], data.experiment)
     if distance is None:
-        return Result(NOT_MEASURABLE, "The model records no distance that learning covers.")
-    return Result(
+        return Estimate(NOT_MEASURABLE, "The model records no distance that learning covers.")
+    return Estimate(
         MEASURED,
         "1 - d_last / d_first: share of the learned distance that is gone.",
         distance.name,
@@ -193,13 +186,13 @@ def _measure_assimilation(data: ConditionData) -> Result:
     )
 
 
-def _measure_savings(data: ConditionData) -> Result:
+def _measure_savings(data: ConditionData) -> Estimate:
     times = _select_learning_times(data)
     if times is None and isinstance(data.experiment, Experiment):
         return _missing_assay("within-life")
     if times is None:
-        return Result(NOT_MEASURABLE, "The model records no performance within life.")
-    return Result(
+        return Estimate(NOT_MEASURABLE, "The model records no performance within life.")
+    return Estimate(
         MEASURED,
         "1 - t_last / t_first: share of the learning time that is saved, with the lifetime as the "
         "time of an agent that does not reach its goal.",
@@ -227,30 +220,45 @@ ESTIMANDS: Final = (
     Estimand(
         "fork-history",
         "Has evolution with learning led to genomes from which innate fitness is higher?",
+        "Evolution with learning leads to genomes of higher innate fitness",
         "It has led to genomes from which innate fitness is lower.",
-        _measure_history,
+        partial(
+            _measure_fork,
+            effect="history",
+            definition="Innate fitness of learners' genomes minus that of the control's, both "
+            "after the same further generations without learning.",
+        ),
     ),
     Estimand(
         "fork-regime",
         "Does learning raise innate fitness in the next generations?",
+        "Learning raises innate fitness in the next generations",
         "Learning lowers innate fitness in the next generations.",
-        _measure_regime,
+        partial(
+            _measure_fork,
+            effect="regime",
+            definition="Innate fitness after further generations with learning minus that after "
+            "as many without, mean over the genomes of learners and of the control.",
+        ),
     ),
     Estimand(
         "selection-by-learning",
         "Does learning strengthen selection on an innate trait?",
+        "Learning strengthens selection on the innate trait",
         "Learning hides innate differences from selection.",
         _measure_selection,
     ),
     Estimand(
         "assimilation",
         "Does the distance that agents learn fall over the generations?",
+        "Learned behavior becomes innate",
         "The distance grows.",
         _measure_assimilation,
     ),
     Estimand(
         "savings",
         "Do agents reach their final performance earlier in life over the generations?",
+        "Later generations learn faster",
         "They reach it later.",
         _measure_savings,
     ),
@@ -286,22 +294,16 @@ def estimate(
 
 def _answer(estimand: Estimand, data: ConditionData) -> Estimate:
     if data.experiment.evolution.inheritance == "none":
-        result = Result(IMPOSSIBLE, "Genomes are not inherited.")
+        result = Estimate(IMPOSSIBLE, "Genomes are not inherited.")
     elif data.experiment.population.species:
-        result = Result(NOT_MEASURABLE, "The agents of a generation belong to several species.")
+        result = Estimate(NOT_MEASURABLE, "The agents of a generation belong to several species.")
     else:
         result = estimand.measure(data)
-    if result.values is not None and not bool(result.values.notnull().any()):
+    values = None if result.values is None else drop_labels(result.values)
+    if values is not None and not bool(values.notnull().any()):
         reason = (
             f"In every run, the values are undefined, because {result.trait!r} is constant or 0."
         )
-        result = result._replace(measurability=NOT_MEASURABLE, reason=reason, values=None)
-    return Estimate(
-        question=estimand.question,
-        trait=result.trait,
-        unit=result.unit,
-        measurability=result.measurability,
-        reason=result.reason,
-        values=None if result.values is None else drop_labels(result.values),
-        equivalence_bound=result.bound,
-    )
+        result = replace(result, measurability=NOT_MEASURABLE, reason=reason)
+        values = None
+    return replace(result, question=estimand.question, values=values)

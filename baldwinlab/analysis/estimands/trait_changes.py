@@ -1,4 +1,4 @@
-"""Changes of the innate trait of a condition: their parts, and their prediction from heritability.
+"""Changes of the innate trait of a condition: parts, prediction from heritability, and section.
 
 References
 ----------
@@ -11,18 +11,45 @@ References
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from baldwinlab.analysis.assays.values import read_factors
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES, expect_offspring
-from baldwinlab.analysis.estimands.price_partition import PARTS, partition_change
 from baldwinlab.analysis.estimands.quantitative_genetics import (
+    PARTS,
     correlate_distances,
     estimate_heritability,
+    partition_change,
 )
 from baldwinlab.analysis.estimands.traits import Trait, read_record, select_innate_trait
+from baldwinlab.analysis.figures.curves import (
+    draw_curve,
+    draw_legend_of_panels,
+    label_blocks,
+    make_blocks,
+)
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    SeriesStyle,
+    label_generations,
+    styled,
+)
+from baldwinlab.analysis.palette import MID_GRAY, PURPLE
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
+from baldwinlab.analysis.report.tables import Table, add_detail, tabulate
+from baldwinlab.analysis.results.numbers import format_number, to_csv
+from baldwinlab.analysis.statistics import median_interval
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.experiment import BaseExperiment
 
 RESIDUAL: Final = "identity residual"
@@ -30,22 +57,25 @@ CORRELATION: Final = "genotype-phenotype correlation"
 GENETICS: Final = ("heritability", "additive variance", "predicted response", "response")
 # Limit of the number of agents in a correlation of distances, whose time is its square.
 MAX_AGENTS: Final = 300
+TITLE: Final = "What changed the mean in each generation"
+ANCHOR: Final = "trait-changes"
+CSV_FILE: Final = "trait-changes.csv"
+QUANTITIES: Final = ("change", *PARTS, RESIDUAL, *GENETICS, CORRELATION)
+CSV_COLUMNS: Final = ("condition", "trait", "unit", "quantity", "runs", "median", "low", "high")
+PART_COLORS: Final = dict(zip(PARTS, (BLUE, ORANGE, MID_GRAY, PURPLE), strict=True))
+OBSERVED: Final = SeriesStyle(BLACK, "-", "o")
+PREDICTED: Final = SeriesStyle(BLUE, "--", "s")
+# A figure with more panels is not readable. The table has all conditions.
+MAX_CONDITIONS_IN_FIGURES: Final = 8
 
 
 class TraitChanges(NamedTuple):
-    """Changes of the mean of an innate trait.
+    """Changes of the mean of an innate trait."""
 
-    Attributes
-    ----------
-    trait, unit : str
-        Meaning and unit of the trait.
-    values : xr.Dataset
-        "change", the parts of `PARTS`, "identity residual" and the quantities of `GENETICS` (run,
-        generation), and "genotype-phenotype correlation" (run).
-    """
-
-    trait: str
+    trait: str  # Meaning of the trait.
     unit: str
+    # "change", the parts of `PARTS`, "identity residual" and the quantities of `GENETICS` (run,
+    # generation), and "genotype-phenotype correlation" (run).
     values: xr.Dataset
 
 
@@ -115,3 +145,176 @@ def _correlate(genotypes: xr.DataArray, fitness: xr.DataArray) -> xr.DataArray:
     numbers = np.unique(np.linspace(0, n_agents - 1, min(n_agents, MAX_AGENTS)).astype(int))
     phenotypes = fitness.expand_dims("feature", axis=-1)
     return correlate_distances(genotypes.isel(agent=numbers), phenotypes.isel(agent=numbers))
+
+
+def make_section(
+    changes: Mapping[str, TraitChanges],
+    innate: Mapping[str, xr.Dataset],
+    obstacles: Mapping[str, str],
+    directory: Path,
+) -> Section:
+    """Make the section on the changes of innate traits, and write `trait-changes.csv` and figures.
+
+    `obstacles` are sentences why the changes of further conditions are not measured.
+    """
+    rows = [row for name, entry in changes.items() for row in _tabulate(name, entry)]
+    write_atomically(directory / CSV_FILE, to_csv(CSV_COLUMNS, rows))
+    numbers: dict[str, dict[str, dict[str, Any]]] = {name: {} for name in changes}
+    for row in rows:
+        numbers[row["condition"]][row["quantity"]] = row
+    drawn = list(changes)[:MAX_CONDITIONS_IN_FIGURES]
+    figures = _make_figures(changes, innate, drawn, numbers) if drawn else []
+    body = render(
+        "estimands/trait_changes.html",
+        numbers=_make_table(changes, numbers) if numbers else None,
+        obstacles=obstacles,
+        figures=[save_and_inline(figure, directory / "figures") for figure in figures],
+        omitted=list(changes)[MAX_CONDITIONS_IN_FIGURES:],
+    )
+    return Section(anchor=ANCHOR, title=TITLE, body=body)
+
+
+def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
+    """Return the median over runs of each quantity, with its interval."""
+    rows = []
+    for quantity, values in average_changes(changes).items():
+        defined = values.values[np.isfinite(values.values)]
+        low, high = median_interval(defined) if defined.size else (np.nan, np.nan)
+        row = {
+            "condition": condition,
+            "trait": changes.trait,
+            "unit": changes.unit,
+            "quantity": quantity,
+            "runs": defined.size,
+            "median": float(np.median(defined)) if defined.size else np.nan,
+            "low": low,
+            "high": high,
+        }
+        rows.append(row)
+    return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
+
+
+def _make_table(
+    changes: Mapping[str, TraitChanges], numbers: Mapping[str, Mapping[str, Mapping[str, Any]]]
+) -> Table:
+    headings = [add_detail(name, entry.trait) for name, entry in changes.items()]
+    rows = [
+        [quantity, *(_format_row(table[quantity]) for table in numbers.values())]
+        for quantity in QUANTITIES
+    ]
+    return tabulate("Changes of the innate trait", ["Quantity"], headings, rows)
+
+
+def _format_row(row: Mapping[str, Any]) -> str:
+    """Return a median with its interval. Most changes are small, so they have three digits."""
+    if not row["runs"]:
+        return "undefined"
+    interval = "" if np.isnan(row["low"]) else f" [{row['low']:.3g}, {row['high']:.3g}]"
+    return f"{row['median']:.3g}{interval}".replace("-", "−")
+
+
+def _make_figures(
+    changes: Mapping[str, TraitChanges],
+    innate: Mapping[str, xr.Dataset],
+    names: Sequence[str],
+    numbers: Mapping[str, Mapping[str, Mapping[str, Any]]],
+) -> list[ReportFigure]:
+    """Return the figure of the parts, and that of heritability and response."""
+
+    def describe(quantities: Sequence[str]) -> str:
+        texts = [
+            f"{name}: {quantity} {format_number(numbers[name][quantity]['median'])}"
+            for name in names
+            for quantity in quantities
+        ]
+        return "; ".join(texts)
+
+    commands = ("baldwinlab assay . --assays innate",)
+    partition = ReportFigure(
+        name="price-partition",
+        title="Parts of the change of the mean",
+        caption=(
+            "Parts of the change of the innate trait's mean from each generation to the next, by "
+            "Price's equation. Parts above 0 and below 0 are stacked separately. They add up to "
+            "the observed change, the line. All values are means over runs, because medians do "
+            "not add up."
+        ),
+        alternative=f"Parts of the change. Means over generations: {describe(PARTS)}.",
+        figure=draw_partition(changes, innate, names),
+        table=_tabulate_generations(changes, names, ("change", *PARTS)),
+        commands=commands,
+    )
+    response = ReportFigure(
+        name="breeders-equation",
+        title="Heritability, predicted and observed response",
+        caption=(
+            "Top: response to selection that the breeder's equation predicts, heritability times "
+            "selection differential, and the observed change of the mean. Bottom: heritability, "
+            "the slope of children on the mean of their parents. Lines are medians over runs. "
+            "Bands are their 95 % intervals (sign test), shown for six runs or more."
+        ),
+        alternative=f"Heritability and response. Means over generations: {describe(GENETICS)}.",
+        figure=draw_response(changes, innate, names),
+        table=_tabulate_generations(changes, names, GENETICS),
+        commands=commands,
+    )
+    return [partition, response]
+
+
+@styled
+def draw_partition(
+    changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
+) -> Figure:
+    """Draw the stacked parts of the change of the mean, and the observed change."""
+    figure, grid = make_blocks([read_factors(innate[name]).title for name in names], 1, 2.4)
+    for (axes,), name in zip(grid, names, strict=True):
+        means = changes[name].values[["change", *PARTS]].mean("run")
+        _stack_parts(axes, means)
+        label_generations(axes)
+    label_blocks(grid, "change of the mean\ntrait per generation")
+    draw_legend_of_panels(figure, grid[:, 0], 3)
+    return figure
+
+
+def _stack_parts(axes: Axes, means: xr.Dataset) -> None:
+    """Draw the parts (generation) from 0 upward and downward, and their sum as a line."""
+    generations = means["generation"].values
+    top = bottom = np.zeros(generations.size)
+    for part, color in PART_COLORS.items():
+        values = np.nan_to_num(means[part].values)
+        next_top, next_bottom = top + values.clip(min=0), bottom + values.clip(max=0)
+        for start, end, label in ((top, next_top, part), (bottom, next_bottom, None)):
+            axes.fill_between(generations, start, end, step="mid", color=color, lw=0, label=label)
+        top, bottom = next_top, next_bottom
+    axes.plot(generations, means["change"], color=BLACK, lw=1.2, label="observed change")
+
+
+@styled
+def draw_response(
+    changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
+) -> Figure:
+    """Draw the predicted and the observed response, and the heritability."""
+    figure, grid = make_blocks([read_factors(innate[name]).title for name in names], 2, 2.0)
+    for (top, bottom), name in zip(grid, names, strict=True):
+        values = changes[name].values
+        medians = {name: interval_of_median(values[name]) for name in GENETICS}
+        draw_curve(top, medians["response"], OBSERVED, "observed response")
+        draw_curve(top, medians["predicted response"], PREDICTED, "predicted response")
+        draw_curve(bottom, medians["heritability"], OBSERVED)
+        label_generations(bottom)
+    label_blocks(grid, "response of the\nmean trait", "heritability")
+    draw_legend_of_panels(figure, grid[:, 0], 2)
+    return figure
+
+
+def _tabulate_generations(
+    changes: Mapping[str, TraitChanges], names: Sequence[str], quantities: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Return the data of a figure: means and medians over runs by generation."""
+    rows = []
+    for name in names:
+        for quantity in quantities:
+            values = changes[name].values[quantity]
+            table = tabulate_interval(interval_of_median(values), mean=values.mean("run"))
+            rows += [{"condition": name, "quantity": quantity, **row} for row in table]
+    return rows

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
-from baldwinlab.analysis.statistics.curve_intervals import CurveInterval
+from baldwinlab.analysis.statistics.intervals import CurveInterval
 
 # Largest number of markers on a curve.
 MAX_MARKERS: Final = 8
@@ -45,10 +45,7 @@ def make_panels(
 def make_blocks(
     titles: Sequence[str], n_rows: int, row_height: float
 ) -> tuple[Figure, npt.NDArray[Any]]:
-    """Return a figure and its panels [condition, row], with two conditions next to each other.
-
-    `row_height` is in inches.
-    """
+    """Return a figure and its panels [condition, row], in two columns of conditions."""
     n_columns = min(len(titles), 2)
     # A block has all rows of the conditions that are next to each other.
     n_blocks = math.ceil(len(titles) / n_columns)

@@ -79,10 +79,7 @@ def name_groups(figure: Figure) -> None:
 
 
 def arrange_panels(figure: Figure) -> NarrowLayout | None:
-    """Return the narrow layout of a figure that was just drawn as SVG, after `name_groups`.
-
-    Returns the layout, or None if the figure has a single column of panels.
-    """
+    """Return the narrow layout of a figure with several columns of panels that was just drawn."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     rows = _group_rows(figure)
     columns = max(map(len, rows), default=0)
@@ -267,10 +264,7 @@ def _stack(
 
 
 def merge_layouts(svg: bytes, figure: Figure, layout: NarrowLayout) -> bytes:
-    """Return an SVG image with the wide and the narrow layout of one drawing.
-
-    Returns the image. It fills its space, and shows the layout whose shape is closer to the space.
-    """
+    """Return an SVG image that shows the layout whose shape is closer to its space."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     narrow_ratio = layout.width / layout.height
     limit = (narrow_ratio * width / height) ** 0.5

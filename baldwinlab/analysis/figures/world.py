@@ -18,10 +18,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from baldwinlab.analysis.agent_symbols import AgentSymbol, list_symbol_numbers, list_symbols
+from baldwinlab.analysis.appearance import (
+    AgentSymbol,
+    list_symbol_numbers,
+    list_symbols,
+    read_appearance,
+)
 from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import resolve_color
-from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 

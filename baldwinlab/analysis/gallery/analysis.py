@@ -14,7 +14,7 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.values import Assays, find_learning_conditions, parse_experiments
 from baldwinlab.analysis.estimands import estimate
-from baldwinlab.analysis.estimands.estimate import Estimate
+from baldwinlab.analysis.estimands.questions import Estimate
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import find_control

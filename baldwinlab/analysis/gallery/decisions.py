@@ -14,28 +14,25 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from baldwinlab.analysis.estimands.estimate import MEASURED, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.estimands.questions import MEASURED, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.results.numbers import finite_or_none
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, TOO_FEW_RUNS, UNDECIDED, YES
-from baldwinlab.analysis.statistics.bootstrap import (
-    percentile_interval,
-    resample_medians,
-)
-from baldwinlab.analysis.statistics.csv import finite_or_none
-from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
-from baldwinlab.analysis.statistics.power import signed_rank_runs
-from baldwinlab.analysis.statistics.proportions import Hurdle, measure_hurdle
+from baldwinlab.analysis.statistics.bootstrap import Sample, percentile_interval, resample_medians
+from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY, verdict_stability
+from baldwinlab.analysis.statistics.intervals import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.rank_tests import (
     equivalence_p,
     has_exact_signed_rank,
     signed_rank_tails,
 )
-from baldwinlab.analysis.statistics.sample_sizes import (
+from baldwinlab.analysis.statistics.significance import (
     SIGNIFICANCE_LEVEL,
+    critical_p_values,
     describe_too_few,
     plan_paired_test,
+    q_values,
+    signed_rank_runs,
 )
-from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.analysis.statistics.stability import MIN_STABILITY, verdict_stability
 
 Verdict = Literal["yes", "opposite", "equivalent", "undecided"]
 VERDICTS: Final = (YES, OPPOSITE, EQUIVALENT, UNDECIDED)
@@ -122,10 +119,7 @@ class _Limits(NamedTuple):
 
 
 def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
-    """Decide all questions of all systems.
-
-    Returns one decision per system and question, in the order of `estimates`.
-    """
+    """Decide all questions of all systems, in the order of `estimates`."""
     decisions = [
         Decision(system, _require_values(entry))
         for system, entries in estimates.items()

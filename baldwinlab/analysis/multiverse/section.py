@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.cells import WHITE_TO_BLUE, draw_cells, label_cells
+from baldwinlab.analysis.figures.charts import WHITE_TO_BLUE, draw_cells, label_cells
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.analysis import compute_shares
@@ -26,8 +26,7 @@ from baldwinlab.analysis.multiverse.sentences import (
 )
 from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import Table, tabulate
 from baldwinlab.analysis.results.numbers import format_estimate, format_number, join_names
 from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict
@@ -198,10 +197,7 @@ def _tabulate_outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
 
 @styled
 def draw_variants(multiverse: Multiverse) -> Figure:
-    """Draw the verdict and the deciding effect of each claim under each single-choice variant.
-
-    The figure has one row per variant, one column per claim.
-    """
+    """Draw verdict and deciding effect: a row per single-choice variant, a column per claim."""
     variants = multiverse.singles.variants
     claims = [claim.id for claim in multiverse.claims]
     figure = Figure((FIGURE_WIDTH, HEADINGS_AND_LEGEND_HEIGHT + ROW_HEIGHT * len(variants)))
@@ -254,10 +250,7 @@ def _decimals(effect: float) -> int:
 
 @styled
 def draw_shares(multiverse: Multiverse) -> Figure:
-    """Draw the share of combinations under which each claim holds, by choice and alternative.
-
-    The figure has one row per alternative, one column per claim.
-    """
+    """Draw the shares of combinations that hold: a row per alternative, a column per claim."""
     shares = compute_shares(multiverse)
     claims = [claim.id for claim in multiverse.claims]
     rows = list(dict.fromkeys((share.choice, share.alternative) for share in shares))

@@ -9,16 +9,12 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import (
-    interval_of_mean,
-    tabulate_interval,
-)
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
+from baldwinlab.analysis.statistics.intervals import interval_of_mean, tabulate_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
@@ -57,7 +53,7 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
     models of all conditions are loaded and define the same shares.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
-    meanings = [_list_meanings(model_shares) for model_shares in shares]
+    meanings = [{name: share.meaning for name, share in entry.items()} for entry in shares]
     is_model_missing = len(shares) < len(conditions)
     if is_model_missing or any(meaning != meanings[0] for meaning in meanings):
         return xr.Dataset()
@@ -153,10 +149,6 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
     return titles
 
 
-def _list_meanings(shares: Mapping[str, Any]) -> dict[str, str]:
-    return {name: share.meaning for name, share in shares.items()}
-
-
 def _serialize_world(experiment: Experiment) -> str:
     """Return a world as text. A map shows positions, so headings do not distinguish worlds."""
     start = experiment.world.start.model_copy(update={"headings": "equal"})
@@ -205,9 +197,7 @@ def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]
     """Return the evaluated claims whose verdict or effect size differs from the paper."""
     evaluated = [result for result in results if result.findings]
     return [
-        result
-        for result in evaluated
-        if result.verdict != HOLDS or not phrases.agrees_with_paper(result)
+        result for result in evaluated if result.verdict != HOLDS or not result.agrees_with_paper
     ]
 
 

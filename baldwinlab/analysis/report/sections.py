@@ -1,9 +1,10 @@
-"""Sections of an HTML page, and the page made from them."""
+"""Sections of an HTML page with their figures, and the page made from them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from base64 import b64encode
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from os.path import relpath
 from pathlib import Path
@@ -11,10 +12,14 @@ from typing import Any, Final, NamedTuple
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import palette
-from baldwinlab.analysis.report import content, phrases, tables
+from baldwinlab.analysis.figures.style import save_figure
+from baldwinlab.analysis.report import content, tables
+from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.results import numbers, table
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 
@@ -28,8 +33,8 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": numbers.format_number,
     "p_value": numbers.format_p_value,
     "effect": table.format_effect,
-    "comparison": phrases.describe_comparison,
-    "finding": phrases.describe_finding,
+    "comparison": tables.describe_comparison,
+    "finding": tables.describe_finding,
     "badge": tables.badge,
     "verdict": tables.show_verdict,
     "contrasts_table": tables.tabulate_contrasts,
@@ -37,6 +42,10 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "method": table.describe_method,
     "weakest": content.find_weakest_findings,
 }
+# Widths in inches, below which the page shows a figure narrower than the text.
+NARROW_WIDTH: Final = 4.0
+SLIM_WIDTH: Final = 6.0
+BROAD_WIDTH: Final = 9.0
 
 
 class Section(NamedTuple):
@@ -125,3 +134,54 @@ def _list_contents(page: str) -> str:
         '<button type="button" popovertarget="contents">Contents</button>'
         f'<ol id="contents" popover>{"".join(entries)}</ol></nav>'
     )
+
+
+class ReportFigure(NamedTuple):
+    """A figure with its caption and its data."""
+
+    title: str
+    caption: str
+    # Alternative text for screen readers.
+    alternative: str
+    figure: Drawing
+    # Rows of the figure's CSV file.
+    table: Sequence[Mapping[str, Any]] = ()
+    # Commands that compute the figure's data again, in the directory of the study.
+    commands: Sequence[str] = ()
+    # Lifetimes that the figure shows or summarizes.
+    links: Sequence[Link] = ()
+    # Name of the files. The registry of the figures of a report sets it.
+    name: str = ""
+    is_setup: bool = False  # Whether the figure describes the model.
+
+
+def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
+    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it."""
+    saved = save_figure(figure.figure, folder, figure.name)
+    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
+    if figure.table:
+        files["CSV"] = f"{figure.name}.csv"
+        columns = dict.fromkeys(column for row in figure.table for column in row)
+        write_atomically(folder / files["CSV"], to_csv(list(columns), figure.table))
+    return {
+        "name": figure.name,
+        "is_setup": figure.is_setup,
+        "title": figure.title,
+        "caption": figure.caption,
+        "alternative": figure.alternative,
+        "shape": _name_shape(figure.figure),
+        "ratios": (saved.wide_ratio, saved.narrow_ratio),
+        "source": f"data:image/svg+xml;base64,{b64encode(saved.image).decode('ascii')}",
+        "files": files,
+        "commands": figure.commands,
+        "links": figure.links,
+    }
+
+
+def _name_shape(figure: Drawing) -> str:
+    """Return the CSS classes of a figure, by its size."""
+    width, height = figure.get_size_inches()
+    if width < NARROW_WIDTH:
+        return "narrow"
+    classes = {"slim": width < SLIM_WIDTH, "broad": width > BROAD_WIDTH, "tall": height > width}
+    return " ".join(name for name, applies in classes.items() if applies)

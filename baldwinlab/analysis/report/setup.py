@@ -1,18 +1,25 @@
-"""Setup of a study, as rows of a table."""
+"""Setup of a study, as rows of a table, and its differences from the variants of a paper."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from typing import Any, Final
 
 import xarray as xr
 
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
-from baldwinlab.analysis.report.data import Experiments
+from baldwinlab.analysis.report.data import Experiments, ReportData
 from baldwinlab.core.variables import GENERATION_COUNT
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.conditions import Factors, read_factors
+from baldwinlab.experiment.paths import iterate_settings
+from baldwinlab.papers import Paper, PaperError
+from baldwinlab.papers.claims import OpenChoice
+from baldwinlab.papers.design import read_design
+from baldwinlab.papers.paper import STANDARD_VARIANT
 
 # Largest number of conditions that a report lists. For more, it lists the learners and the maps.
 MAX_LISTED_CONDITIONS: Final = 12
@@ -63,10 +70,7 @@ def summarize_setup(
 
 
 def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the size of a study, such as "6 conditions; runs: 30; generations: 100".
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent).
-    """
+    """Return the size of a study, such as "6 conditions; runs: 30; generations: 100"."""
     generations = format_range(
         experiment.evolution.generations for experiment in conditions.values()
     )
@@ -77,10 +81,7 @@ def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the numbers of runs that stopped before their last generation, or "".
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent).
-    """
+    """Return the numbers of runs that stopped before their last generation, or ""."""
     if GENERATION_COUNT not in data.coords:
         return ""
     texts = []
@@ -102,11 +103,7 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
-    """Return the conditions as pairs of a heading and a text.
-
-    Returns all conditions, or learners and maps if many conditions combine each learner with each
-    map.
-    """
+    """Return all conditions, or learners and maps if many conditions combine all of both."""
     learners = dict.fromkeys(condition.learner for condition in factors.values())
     maps = dict.fromkeys(condition.map for condition in factors.values())
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
@@ -126,10 +123,7 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
 
 
 def describe_fitness(foraging: Collection[Experiment]) -> str:
-    """Return the definition and unit of fitness.
-
-    Returns a phrase, or "" without food or without such an experiment.
-    """
+    """Return the definition and unit of fitness, or "" without food or MiniWorld conditions."""
     names = dict.fromkeys(experiment.evolution.fitness for experiment in foraging)
     phrases = [
         _describe_energy(
@@ -158,3 +152,98 @@ def _describe_energy(foraging: Iterable[Experiment]) -> str:
         f"energy of the items that an agent eats in its lifetime{costs}; "
         f"an item gives {values}{count}"
     )
+
+
+def describe_variant(
+    experiment: Experiment, paper: Paper, tuned_settings: Collection[str] = ()
+) -> str:
+    """Return the variant of the paper that an experiment follows, apart from tuned settings."""
+    differences = dict[str, list[str]]()
+    for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
+        # The paper may lack the condition, or the variant may not apply to it.
+        with suppress(ExperimentError, PaperError):
+            base = paper.experiment(experiment.name, name)
+            differences[name] = _list_changes(base, experiment, tuned_settings)
+            if not differences[name]:
+                return name
+    if STANDARD_VARIANT not in differences:
+        return f"{experiment.name} is not a condition of the paper"
+    return f"{experiment.name} is standard except for {', '.join(differences[STANDARD_VARIANT])}"
+
+
+def describe_variants(conditions: Experiments, paper: Paper | None) -> dict[str, str]:
+    """Return the result of `describe_variant` by condition, empty without a paper."""
+    if paper is None:
+        return {}
+    design = read_design(paper)
+    tuned_settings = [grid.field for grid in design.tuning.grids] if design else []
+    return {
+        name: describe_variant(experiment, paper, tuned_settings)
+        for name, experiment in conditions.items()
+    }
+
+
+def _list_changes(
+    base: Experiment, experiment: Experiment, tuned_settings: Collection[str]
+) -> list[str]:
+    base_settings = dict(iterate_settings(base.to_dict()))
+    settings = dict(iterate_settings(experiment.to_dict()))
+    return [
+        f"{path} = {format_value(value)}"
+        for path, value in settings.items()
+        if base_settings.get(path) != value
+        and not path.startswith("record.")
+        and path not in tuned_settings
+    ]
+
+
+def select_open_choices(
+    results: Sequence[ClaimResult], conditions: Experiments
+) -> list[tuple[OpenChoice, str, list[str]]]:
+    """Return the open choices of the paper that may explain differing claims."""
+    claims_by_choice: dict[OpenChoice, list[str]] = {}
+    for result in results:
+        for choice in result.claim.choices:
+            claims_by_choice.setdefault(choice, []).append(result.claim.id)
+    return [
+        (choice, format_setting(choice.field, conditions), names)
+        for choice, names in claims_by_choice.items()
+    ]
+
+
+def format_setting(field: str, conditions: Experiments) -> str:
+    """Return the values of a setting, such as senses.visual_radius, in the study."""
+    values = [
+        dict(iterate_settings(experiment.to_dict())).get(field)
+        for experiment in conditions.values()
+    ]
+    return " or ".join(dict.fromkeys(format_value(value) for value in values if value is not None))
+
+
+def format_value(value: Any) -> str:
+    """Return the value of a setting as text."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def describe_changed_settings(report: ReportData, paper: Paper) -> list[str]:
+    """Return a sentence for each difference between the study and the paper."""
+    declared = paper.study_names()
+    variants = [
+        report.variants[name] for name in select_foragers(report.experiments) if name in declared
+    ]
+    # `describe_variant` returns the name of a variant, which has no space, or a phrase.
+    distinct_variants = list(dict.fromkeys(variants))
+    sentences = [f"{phrase}." for phrase in distinct_variants if " " in phrase]
+    for variant in distinct_variants:
+        if " " not in variant and variant != STANDARD_VARIANT:
+            description = paper.describe("variants", variant)
+            sentences.append(f"The variant is {variant}: {description}.")
+    n_runs = count_runs(report.data).values()
+    if max(n_runs) < paper.metadata.runs:
+        sentences.append(
+            f"This study has {format_range(n_runs)} runs per condition, and the paper "
+            f"has {paper.metadata.runs}. Its intervals are therefore wider."
+        )
+    return sentences

@@ -1,20 +1,21 @@
-"""Tables of pages: a heading for each column, and rows of cells that are text or Markup.
+"""Tables of pages, and the phrases for findings in them.
 
+A table has a heading for each column, and rows of cells that are text or Markup.
 The macro `table` of ``report/macros.html`` is the only one that writes their HTML.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from markupsafe import Markup
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.content import find_weakest_findings
 from baldwinlab.analysis.results.contrasts import Contrasts
-from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_number, format_signed
 from baldwinlab.analysis.results.table import (
     HEADINGS,
     NUMBER_HEADINGS,
@@ -23,12 +24,20 @@ from baldwinlab.analysis.results.table import (
 )
 from baldwinlab.analysis.results.verdicts import MARKS, UNSTABLE
 from baldwinlab.analysis.statistics.comparisons import Pairs
+from baldwinlab.experiment.outcome import FOOD_OUTCOMES, name_share
 from baldwinlab.papers.claims import KINDS
 
 # CSS classes of the columns of a comparison. The other columns have numbers, each on one line.
 COMPARISON_CLASSES: Final = {"condition": "", "verdict": "plain", "effect": "measured"}
 
 Cells = Sequence[Any]
+MEASURE_NAMES = {
+    "best": "best agent",
+    "mean": "average agent",
+    "share": "share of agents that eat",
+    "most": "highest number of items that an agent ate",
+    "unseen-maps": "average agent on unseen maps",
+}
 
 
 class Table(NamedTuple):
@@ -117,7 +126,7 @@ def tabulate_claims(results: Sequence[ClaimResult]) -> Table:
             dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
             rows = [[badge(result.verdict), add_detail("", result.why_not), *dashes]]
         if "Paper" in columns:
-            paper = add_detail(result.claim.paper, phrases.describe_distance(result))
+            paper = add_detail(result.claim.paper, describe_distance(result))
             for index, row in enumerate(rows):
                 row.append("" if index else paper)
         groups.append((_head_claim(result, len(findings)), rows))
@@ -132,7 +141,7 @@ def _head_claim(result: ClaimResult, n_parts: int) -> Markup:
 
 
 def _finding_cells(finding: Finding) -> list[Any]:
-    details = (phrases.describe_comparison(finding), finding.note)
+    details = (describe_comparison(finding), finding.note)
     return [show_verdict(finding), *number_cells(finding.numbers, finding.p_holm, *details)]
 
 
@@ -149,7 +158,7 @@ def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
                     show_verdict(finding),
                     comparison.a,
                     comparison.reference,
-                    phrases.name_measure(finding),
+                    name_measure(finding),
                     ", ".join(map(format_number, medians)),
                     format_number(numbers.u),
                     *format_comparison(numbers, finding.p_holm).values(),
@@ -158,3 +167,75 @@ def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
     texts = ("Claim", "Verdict", "Condition", "Compared with", "Measure")
     numbers_headings = ("Medians", "U", *NUMBER_HEADINGS.values())
     return tabulate("All comparisons", texts, numbers_headings, rows)
+
+
+def name_measures(outcome: str) -> dict[str, str]:
+    """Return the name of each measure."""
+    names = MEASURE_NAMES | {"share": name_share(outcome)}
+    if outcome in FOOD_OUTCOMES:
+        return names
+    return names | {"most": "highest fitness of any agent"}
+
+
+def name_measure(finding: Finding) -> str:
+    """Return the name of the measure of a finding."""
+    return finding.meaning or MEASURE_NAMES[finding.comparison.measure]
+
+
+def describe_comparison(finding: Finding) -> str:
+    """Return both conditions of a comparison with their medians."""
+    comparison = finding.comparison
+    measure = name_measure(finding)
+    if not comparison.b:
+        is_number = finding.rule.kind == "number" and comparison.measure != "most"
+        aggregate = f", {finding.rule.statistic} over runs" if is_number else ""
+        return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
+    median_a = format_number(finding.numbers.median_a)
+    median_b = format_number(finding.numbers.median_b)
+    method = _describe_method(finding)
+    return f"{comparison.a} {median_a}, {comparison.reference} {median_b} ({measure}{method})"
+
+
+def _describe_method(finding: Finding) -> str:
+    if finding.comparison.paired:
+        return "; paired runs"
+    return "; medians" if finding.comparison.rule == "survives_longer" else ""
+
+
+def describe_finding(finding: Finding) -> str:
+    """Return a finding as a short phrase."""
+    comparison = finding.comparison
+    measure = name_measure(finding)
+    effect = format_number(finding.numbers.effect)
+    if comparison.measure == "most":
+        return f"{comparison.a}: {measure}: {effect}"
+    if not comparison.b and comparison.measure != "share":
+        return f"{comparison.a}: {measure}, {finding.rule.statistic} over runs: {effect}"
+    if not comparison.b:
+        return f"{comparison.a}: share of agents that eat in the last generations: {effect}"
+    if comparison.rule == "survives_longer":
+        signed = format_signed(finding.numbers.effect)
+        return (
+            f"{measure}, restricted mean: {signed} in {comparison.a} compared with "
+            f"{comparison.reference}"
+        )
+    median_a = format_number(finding.numbers.median_a)
+    median_b = format_number(finding.numbers.median_b)
+    return (
+        f"{measure}, median over runs: {median_a} in {comparison.a}, "
+        f"{median_b} in {comparison.reference}"
+    )
+
+
+def describe_distance(result: ClaimResult) -> str:
+    """Return the difference between the measured effect and the value of the paper, or ""."""
+    if result.difference_from_paper is None or result.deciding is None:
+        return ""
+    if result.difference_from_paper == 0:
+        return "measured: the same"
+    side = "above" if result.difference_from_paper > 0 else "below"
+    distance = f"measured: {format_number(abs(result.difference_from_paper))} {side}"
+    if math.isnan(result.deciding.numbers.low):
+        return distance
+    position = "inside" if result.agrees_with_paper else "outside"
+    return f"{distance}; the value of the paper is {position} the interval"

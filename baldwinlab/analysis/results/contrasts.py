@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.results.families import FamilyTest, correct_family
+from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
+from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
 from baldwinlab.experiment.conditions import Factors, read_factors
 
 COMPARED_MEASURES = ("mean", "best")
@@ -30,28 +30,14 @@ COMPARISON_COLUMNS = (
 
 
 class Contrast(NamedTuple):
-    """The comparison of a condition with its reference, in one measure.
-
-    Attributes
-    ----------
-    condition, reference : str
-        Names of the conditions.
-    measure : str
-        One of `COMPARED_MEASURES`.
-    outcome : str
-        Name of the compared quantity, from `name_outcome`.
-    numbers : Comparison
-        The comparison of the condition with the reference.
-    test : FamilyTest
-        The test, whose p-value is corrected for all comparisons of the study.
-    """
+    """The comparison of a condition with its reference, in one measure."""
 
     condition: str
     reference: str
-    measure: str
-    outcome: str
+    measure: str  # One of `COMPARED_MEASURES`.
+    outcome: str  # Name of the compared quantity, from `name_outcome`.
     numbers: statistics.Comparison
-    test: FamilyTest
+    test: FamilyTest  # Its p-value is corrected for all comparisons of the study.
 
     @property
     def verdict(self) -> str:
@@ -89,24 +75,12 @@ class Contrast(NamedTuple):
 
 @dataclass(frozen=True)
 class Contrasts:
-    """All comparisons of a study, which are one family of tests.
+    """All comparisons of a study, which are one family of tests."""
 
-    Attributes
-    ----------
-    pairing : str
-        A sentence that states which conditions are compared.
-    last : int
-        Number of final generations over which a run is averaged.
-    rows : tuple of Contrast
-        The comparisons.
-    instruction : str
-        A sentence that says how to add runs, with "{runs}" for their number.
-    """
-
-    pairing: str
-    last: int
+    pairing: str  # A sentence that states which conditions are compared.
+    last: int  # Number of final generations over which a run is averaged.
     rows: tuple[Contrast, ...]
-    instruction: str = ""
+    instruction: str = ""  # A sentence that says how to add runs, with "{runs}" for their number.
 
     @property
     def rows_by_pair(self) -> list[list[Contrast]]:

@@ -6,11 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.results.numbers import (
-    format_estimate,
-    format_number,
-    format_p_value,
-)
+from baldwinlab.analysis.results.numbers import format_estimate, format_number, format_p_value
 from baldwinlab.analysis.results.verdicts import TOO_FEW_RUNS
 from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.experiment.outcome import name_outcome_of

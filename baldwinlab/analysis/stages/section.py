@@ -14,32 +14,35 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.strips import draw_strip, label_strips
-from baldwinlab.analysis.figures.style import (
-    BLUE,
-    DARK_GRAY,
-    FIGURE_WIDTH,
-    GRAY,
-    ORANGE,
-    styled,
+from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, FIGURE_WIDTH, GRAY, ORANGE, styled
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    ReportSummary,
+    Section,
+    render,
+    save_and_inline,
 )
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import ReportSummary, Section, render
 from baldwinlab.analysis.report.tables import Table, badge, tabulate
-from baldwinlab.analysis.results.numbers import format_estimate, format_number, format_p_value
+from baldwinlab.analysis.results.numbers import (
+    finite_or_none,
+    format_estimate,
+    format_number,
+    format_p_value,
+    to_csv,
+)
 from baldwinlab.analysis.results.table import format_effect
 from baldwinlab.analysis.results.verdicts import HOLDS
-from baldwinlab.analysis.stages.noise_comparison import (
+from baldwinlab.analysis.stages.analysis import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
     ControlEffect,
     NoiseComparison,
+    SpecificationResults,
 )
-from baldwinlab.analysis.stages.specification_curve import SpecificationResults
-from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import Sample
+from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.claims import UNSEEN_MAPS_MEASURE
 
@@ -307,11 +310,7 @@ def _scale_items(axes: Axes, values: Sample) -> None:
 
 @styled
 def draw_specifications(results: SpecificationResults, noise_controls: Sequence[str]) -> Figure:
-    """Draw the rank of each learner in each specification, and the differences to the best noise.
-
-    `results`: the learners, sorted by median rank. The figure has a row per learner and a point per
-    specification. Lines are medians.
-    """
+    """Draw the ranks and differences to the best noise: a row per learner, sorted by rank."""
     n_learners = len(results.learners)
     figure = Figure((FIGURE_WIDTH, AXIS_HEIGHT + ROW_HEIGHT * n_learners))
     rank_axes, effect_axes = figure.subplots(1, 2, sharey=True)

@@ -11,7 +11,14 @@ References
 - Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
 """
 
-from baldwinlab.analysis.statistics.bootstrap import median_interval, percentile_interval
+from baldwinlab.analysis.statistics.bootstrap import (
+    Sample,
+    Summary,
+    check_sample,
+    median_interval,
+    percentile_interval,
+    summarize,
+)
 from baldwinlab.analysis.statistics.comparisons import (
     Comparison,
     Pairs,
@@ -20,7 +27,6 @@ from baldwinlab.analysis.statistics.comparisons import (
     compare_pairs,
 )
 from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, signed_rank
-from baldwinlab.analysis.statistics.samples import Sample, Summary, check_sample, summarize
 
 __all__ = [
     "Comparison",

@@ -1,4 +1,4 @@
-"""Bootstrap percentile intervals.
+"""Samples, their summary, and bootstrap percentile intervals.
 
 References
 ----------
@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from math import nan
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.analysis.statistics.samples import Sample, check_sample
-
+Sample = np.ndarray[Any, np.dtype[np.float64]]
 # Number of bootstrap resamples.
 RESAMPLES = 10_000
 # Fixed seed of the resamples, which makes intervals reproducible.
@@ -25,8 +25,86 @@ CONFIDENCE_LEVEL = 0.95
 MAX_CACHED_VALUES = 1000
 # Largest number of values of a batch of resamples: 8 MB per array of a batch.
 MAX_BATCH_VALUES = 2**20
-
 Indices = npt.NDArray[np.int64]
+
+
+class Summary(NamedTuple):
+    """Size, location and spread of a sample.
+
+    Attributes
+    ----------
+    n : int
+        Number of values.
+    median, mean : float
+        Median and mean.
+    lower_quartile, upper_quartile : float
+        Quartiles, linearly interpolated.
+    min, max : float
+        Smallest and largest value.
+    """
+
+    n: int
+    median: float
+    mean: float
+    lower_quartile: float
+    upper_quartile: float
+    min: float
+    max: float
+
+
+def summarize(values: Sequence[float] | Sample) -> Summary:
+    """Compute size, location and spread of a sample.
+
+    Parameters
+    ----------
+    values
+        Finite values, at least one.
+
+    Returns
+    -------
+    Summary
+        The summary.
+
+    Raises
+    ------
+    ValueError
+        If there is no value, or if a value is not finite.
+    """
+    values = check_sample(values)
+    lower, median, upper = (float(quartile) for quartile in np.quantile(values, [0.25, 0.5, 0.75]))
+    return Summary(
+        n=values.size,
+        median=median,
+        mean=float(values.mean()),
+        lower_quartile=lower,
+        upper_quartile=upper,
+        min=float(values.min()),
+        max=float(values.max()),
+    )
+
+
+def check_sample(values: Sequence[float] | Sample) -> Sample:
+    """Return the values as a flat float64 array.
+
+    Parameters
+    ----------
+    values
+        Finite values, at least one, of any shape.
+
+    Returns
+    -------
+    Sample
+        The values, [value].
+
+    Raises
+    ------
+    ValueError
+        If there is no value, or if a value is not finite.
+    """
+    sample = np.asarray(values, np.float64).ravel()
+    if sample.size == 0 or not np.isfinite(sample).all():
+        raise ValueError("a sample needs at least one value, and all finite")
+    return sample
 
 
 def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:

@@ -165,10 +165,7 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
 
 
 def typical_run(dataset: xr.Dataset, condition: str) -> int:
-    """Return the run whose final mean fitness is nearest to the median of all runs.
-
-    Raises ValueError if the condition has no run.
-    """
+    """Return the run nearest to the median final mean fitness. ValueError: no run is stored."""
     means = final(dataset, "mean").sel(condition=condition).dropna("run")
     if not means.size:
         raise ValueError(f"there is no run of {condition}")

@@ -16,37 +16,24 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
 
 # With fewer papers, the prediction interval is undefined.
 MIN_PAPERS = 3
 
 
 class RandomEffects(NamedTuple):
-    """Summary of the effects in several papers.
-
-    Attributes
-    ----------
-    papers : int
-        Number of papers.
-    mean : float
-        Mean effect of all papers that could be studied in the same way.
-    low, high : float
-        95 % interval of the mean.
-    prediction_low, prediction_high : float
-        95 % interval of the effect in another paper.
-    spread : float
-        Standard deviation of the true effects between papers.
-    """
+    """Summary of the effects in several papers."""
 
     papers: int
-    mean: float
+    mean: float  # Mean effect of all papers that could be studied in the same way.
+    # 95 % interval of the mean.
     low: float
     high: float
+    # 95 % interval of the effect in another paper.
     prediction_low: float
     prediction_high: float
-    spread: float
+    spread: float  # Standard deviation of the true effects between papers.
 
 
 def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:

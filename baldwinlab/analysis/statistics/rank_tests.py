@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.bootstrap import Sample
 
 # Largest product of the sample sizes for an exact p-value, reached by samples of 200 and 200. The
 # exact distribution of larger samples takes long to compute, and is nearly normal.
@@ -175,10 +175,7 @@ def mann_whitney_tests(
 
 
 def _enumerate_arrangements(ranks: Sample, size_a: int) -> Sample:
-    """Return the exact p-value of each rank sum of sample a: of the first `size_a` ranks.
-
-    `ranks`: [sample, value].
-    """
+    """Return the exact p-value of each rank sum of sample a, of ranks [sample, value]."""
     n_values = ranks.shape[1]
     # The two-sided p-value of both rank sums is the same, and the smaller sample has fewer terms.
     is_a_smaller = 2 * size_a <= n_values

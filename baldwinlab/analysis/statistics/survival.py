@@ -22,11 +22,12 @@ from scipy import stats
 from baldwinlab.analysis.statistics.bootstrap import (
     RESAMPLES,
     SEED,
+    Sample,
+    check_sample,
     percentile_interval,
     split_resamples,
 )
 from baldwinlab.analysis.statistics.comparisons import Comparison
-from baldwinlab.analysis.statistics.samples import Sample, check_sample
 
 # Tolerance of comparisons with a survival curve, whose points are products of rounded factors.
 ROUNDING_TOLERANCE = 1e-9

@@ -21,9 +21,9 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 from baldwinlab.core.file_writing import write_atomically
 
 # Smallest and largest number of groups of a field's values.
@@ -74,10 +74,7 @@ class Correlation(NamedTuple):
 
 
 def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """Average each measure over the last generations.
-
-    Returns `best`, `mean` and `share` (point, run), with the fields as coordinates along `point`.
-    """
+    """Average each measure over the last generations (point, run). Fields are coordinates."""
     averages = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
     finals = xr.Dataset(averages, attrs=sweep.attrs)
     if "point" not in finals.dims:
@@ -158,10 +155,7 @@ def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group
 
 
 def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Response]:
-    """Return the response of a measure to a field, averaged over all other fields.
-
-    `measure`: "best", "mean" or "share". Returns one response per group of `group_points`.
-    """
+    """Return the response of a measure by group of a field, averaged over all other fields."""
     sample_dim, averaged_dim = ("point", "run") if is_sampled(finals) else ("run", "point")
     responses = []
     for group in group_points(finals, field):
@@ -215,10 +209,7 @@ def _finite_mean(values: npt.NDArray[np.float64]) -> float:
 
 
 def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
-    """Return Spearman's correlation of each measure with each numeric field.
-
-    Returns correlations, NaN if the field or the measure does not vary.
-    """
+    """Return Spearman's correlation of measures and numeric fields, NaN if one is constant."""
     correlations = []
     for field in finals.attrs["fields"]:
         if is_number(finals[field]):
@@ -250,10 +241,7 @@ def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple
 
 
 def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
-    """Return one row per point and measure.
-
-    Returns rows with the fields, the number of runs, and the mean over runs with its 95 % interval.
-    """
+    """Return a row per point and measure: the fields, the runs, and the mean with its interval."""
     fields = finals.attrs["fields"]
     intervals = {measure: interval_of_mean(finals[measure]) for measure in fitness.MEASURES}
     n_runs = finals["mean"].count("run").values

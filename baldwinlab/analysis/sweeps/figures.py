@@ -14,16 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.cells import draw_cells
+from baldwinlab.analysis.figures.charts import EstimateStyle, draw_cells, draw_estimates
 from baldwinlab.analysis.figures.curves import find_top
-from baldwinlab.analysis.figures.forest import EstimateStyle, draw_estimates
-from baldwinlab.analysis.figures.style import (
-    BLUE,
-    FIGURE_WIDTH,
-    GRAY,
-    styled,
-    wrap_label,
-)
+from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled, wrap_label
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group
@@ -144,10 +137,7 @@ def _locate_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
 
 @styled
 def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
-    """Draw means over runs and all other fields by the values of two fields of a grid.
-
-    The figure has one map per measure.
-    """
+    """Draw means over runs and all other fields by the values of two fields of a grid."""
     rows = analysis.group_points(finals, row)
     columns = analysis.group_points(finals, column)
     map_height = min(max(ROW_HEIGHT * len(rows), MIN_MAP_HEIGHT), MAX_MAP_HEIGHT)

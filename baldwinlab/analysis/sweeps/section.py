@@ -11,11 +11,15 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import name_measures
-from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
-from baldwinlab.analysis.report.sections import Section, render, write_page
-from baldwinlab.analysis.report.tables import Table, tabulate
+from baldwinlab.analysis.report.data import MAX_LINKED_LIVES, Link, StoredLife, make_link
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    Section,
+    render,
+    save_and_inline,
+    write_page,
+)
+from baldwinlab.analysis.report.tables import Table, name_measures, tabulate
 from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.numbers import (
     format_estimate,
@@ -26,7 +30,7 @@ from baldwinlab.analysis.results.numbers import (
 )
 from baldwinlab.analysis.results.table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 from baldwinlab.experiment.outcome import name_outcome_of
@@ -49,10 +53,7 @@ def write_sweep_report(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Path:
-    """Write the page of a sweep, and its figures as SVG and PNG, each atomically.
-
-    `directory`: figures are written to its folder `figures`.
-    """
+    """Write the page of a sweep, and its figures in the folder `figures`, each atomically."""
     title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
@@ -66,10 +67,7 @@ def make_section(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Section:
-    """Make the section of a sweep, and save its figures.
-
-    `directory`: figures are written to its folder `figures`.
-    """
+    """Make the section of a sweep, and save its figures in the folder `figures`."""
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
     shown_contrasts = contrasts if contrasts and contrasts.rows else None

@@ -10,7 +10,7 @@ References
 
 from __future__ import annotations
 
-from math import comb, inf
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -174,40 +174,3 @@ def mean_share(gain_rate: float, loss_rate: float, selection: float, population:
     log_density = exponents @ [log_share, log_rest] - 2 * population * selection * share
     density = np.exp(log_density - log_density.max())
     return float(density @ share / density.sum())
-
-
-def expected_extra_children(
-    population: int = 1000,
-    loci: int = 20,
-    trials: int = 1000,
-    cost_of_trials: float = 1.0,
-    unset_share: float = 0.5,
-) -> float:
-    """Return the expected number of children that learning adds among the founders.
-
-    Only founders without a wrong allele gain. Their number with q ? is binomial, and each has
-    w(q) - 1 more children than the others have, whose fitness is 1. The needle is found within G
-    generations only if G times this number is about 1 or more.
-
-    Parameters
-    ----------
-    population, loci : int
-        Number of founders and of loci.
-    trials, cost_of_trials
-        Arguments of `expected_fitness`.
-    unset_share : float
-        Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares.
-
-    Returns
-    -------
-    float
-        Expected number of extra children per generation of founders.
-    """
-    one_share = (1 - unset_share) / 2
-    return population * sum(
-        comb(loci, q)
-        * unset_share**q
-        * one_share ** (loci - q)
-        * (expected_fitness(q, trials, cost_of_trials) - 1)
-        for q in range(loci + 1)
-    )

@@ -36,11 +36,16 @@ from baldwinlab.analysis.atlas.tables import (
     list_cells,
     tabulate,
 )
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    Section,
+    render,
+    save_and_inline,
+    write_page,
+)
 from baldwinlab.analysis.report.tables import Table, add_detail, badge
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.results.verdicts import VERDICTS
-from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.analysis.scene import TRAIL_STEPS, Scene, SceneRenderer
+from baldwinlab.analysis.movie import TRAIL_STEPS, Scene, SceneRenderer
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import missing_extra_error

@@ -17,20 +17,25 @@ from baldwinlab.analysis.gallery.decisions import (
     decide,
     describe_too_few_runs,
 )
-from baldwinlab.analysis.gallery.figures import draw_forest
 from baldwinlab.analysis.gallery.summary import (
     QuestionSummary,
     conclude,
+    draw_forest,
     summarize_questions,
     tabulate_measurements,
     tabulate_verdicts,
 )
-from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.replays import link_paper
-from baldwinlab.analysis.report.sections import Section, render, write_page
+from baldwinlab.analysis.report.data import link_paper
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    Section,
+    render,
+    save_and_inline,
+    write_page,
+)
 from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
+from baldwinlab.analysis.results.numbers import finite_or_none, to_csv
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED
-from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json

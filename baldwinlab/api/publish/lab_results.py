@@ -17,7 +17,8 @@ from typing import Any, Final, NamedTuple
 from baldwinlab._version import __version__
 from baldwinlab.analysis.assays.reaction_panels import ReactionPanel, make_reaction_panels
 from baldwinlab.analysis.results.contrasts import COMPARED_MEASURES, Contrasts, final_values
-from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.results.numbers import replace_undefined
+from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, record_contrasts
 from baldwinlab.core.deferred import xr
@@ -61,7 +62,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     if not names:
         return results
     # This import takes time.
-    from baldwinlab.analysis.report.phrases import name_measures
+    from baldwinlab.analysis.report.tables import name_measures
 
     if data is None or data["condition"].values.tolist() != names:
         data = open_sample(study, names)
@@ -72,7 +73,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     results["compared_measures"] = list(COMPARED_MEASURES)
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
-        average, low, high = curve_intervals.interval_of_mean(compute(data))
+        average, low, high = intervals.interval_of_mean(compute(data))
         curves = {"mean": average, "low": low, "high": high}
         for name in names:
             results["curves"][name][measure] = {
@@ -110,7 +111,7 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
     """Return the mean over runs of values [run, generation], and its 95 % interval."""
-    average, low, high = curve_intervals.interval_of_mean(values)
+    average, low, high = intervals.interval_of_mean(values)
     return {"mean": to_list(average), "low": to_list(low), "high": to_list(high)}
 
 
@@ -161,7 +162,7 @@ def _summarize_norms(panel: ReactionPanel) -> dict[str, dict[str, list[float | N
     indices = range(len(panel.values))
     summaries = {}
     for name, fitness_values in panel.norms.items():
-        median, low, high = curve_intervals.interval_of_median(fitness_values)
+        median, low, high = intervals.interval_of_median(fitness_values)
         curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
             curve_name: to_list(curve.reindex(position=indices))

@@ -11,10 +11,10 @@ from baldwinlab.analysis.claims import evaluate_samples
 from baldwinlab.analysis.figures.style import render_figure
 from baldwinlab.analysis.report.content import count_runs, format_range
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import load_figure
+from baldwinlab.analysis.report.sections import ReportFigure
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import section
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.core.deferred import xr

@@ -9,13 +9,13 @@ import numpy as np
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range
-from baldwinlab.analysis.report.settings import format_value
-from baldwinlab.analysis.stages.noise_comparison import compare_with_noise
-from baldwinlab.analysis.stages.section import StagedResults
-from baldwinlab.analysis.stages.specification_curve import (
+from baldwinlab.analysis.report.setup import format_value
+from baldwinlab.analysis.stages.analysis import (
     SpecificationResults,
+    compare_with_noise,
     evaluate_specifications,
 )
+from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import is_study

@@ -15,17 +15,22 @@ from baldwinlab.analysis.assays.values import Assays, evolves_and_learns
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics
-from baldwinlab.analysis.estimands import trait_changes_section
+from baldwinlab.analysis.estimands import trait_changes
 from baldwinlab.analysis.estimands.trait_changes import TraitChanges, find_obstacle, measure_changes
 from baldwinlab.analysis.multiverse import section as multiverse_section
-from baldwinlab.analysis.multiverse.analysis import STANDARD, evaluate_variant, list_claims
-from baldwinlab.analysis.multiverse.files import read_multiverse, write_multiverse
+from baldwinlab.analysis.multiverse.analysis import (
+    STANDARD,
+    evaluate_variant,
+    list_claims,
+    read_multiverse,
+)
+from baldwinlab.analysis.multiverse.files import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead
 from baldwinlab.analysis.report.content import count_runs
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
 from baldwinlab.analysis.report.sections import Section, write_page
-from baldwinlab.analysis.report.settings import describe_variants
+from baldwinlab.analysis.report.setup import describe_variants
 from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.analysis.results.contrasts import (
     COMPARED_MEASURES,
@@ -237,7 +242,7 @@ def _make_trait_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> 
     obstacles = {name: reason for name, reason in obstacles.items() if reason}
     if not (changes or obstacles):
         return None
-    return trait_changes_section.make_section(changes, innate, obstacles, study.directory)
+    return trait_changes.make_section(changes, innate, obstacles, study.directory)
 
 
 def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr.DataArray | None:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qsl, quote
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.movie import write_scenes
-from baldwinlab.analysis.scene import Scene
+from baldwinlab.analysis.movie import Scene, write_scenes
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml

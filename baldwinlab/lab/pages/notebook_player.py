@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.traces import has_appearance, read_appearance
+from baldwinlab.analysis.appearance import has_appearance, read_appearance
 from baldwinlab.api.load import load
 from baldwinlab.core.deferred import xr
 from baldwinlab.lab.pages import single_page

@@ -161,7 +161,7 @@ def _describe_sample_size(body: dict[str, Any]) -> str:
     """Return a note if there are too few runs to compare two conditions, else ""."""
     # This import of SciPy's statistics takes time.
     from baldwinlab.analysis.results.contrasts import planned_tests
-    from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+    from baldwinlab.analysis.statistics.significance import describe_too_few
 
     if "runs" not in body:
         return ""

@@ -224,7 +224,7 @@ class LiveRun:
     def _summarize_runs(self, values: xr.DataArray) -> dict[str, list[Any]]:
         """Return the mean of a measure [run, generation] over runs, and its interval."""
         # This import takes time.
-        from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+        from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
         mean, low, high = interval_of_mean(values)
         curves = {"mean": mean}

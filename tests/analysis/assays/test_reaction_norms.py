@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.reaction_norms import (
-    LAST_MINUS_FIRST,
-    TABLE,
-    compute_parameters,
-)
+from baldwinlab.analysis.assays.reaction_norms import LAST_MINUS_FIRST, TABLE, compute_parameters
 from baldwinlab.analysis.assays.section import tabulate_effects
 from tests.analysis.assays.artificial_assays import RUNS, reaction_norms
 

@@ -11,19 +11,17 @@ import xarray as xr
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.analysis.estimands.price_partition import PARTS
+from baldwinlab.analysis.estimands.quantitative_genetics import PARTS
 from baldwinlab.analysis.estimands.trait_changes import (
     CORRELATION,
+    CSV_FILE,
+    QUANTITIES,
     RESIDUAL,
     TraitChanges,
     average_changes,
     find_obstacle,
-    measure_changes,
-)
-from baldwinlab.analysis.estimands.trait_changes_section import (
-    CSV_FILE,
-    QUANTITIES,
     make_section,
+    measure_changes,
 )
 from baldwinlab.experiment.conditions import Factors
 from tests.analysis.estimands.conftest import CONDITIONS, Stored

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.estimands.estimate import MEASURED, Estimate, Measurability
+from baldwinlab.analysis.estimands.questions import MEASURED, Estimate, Measurability
 
 
 def make_estimate(

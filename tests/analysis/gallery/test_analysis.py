@@ -12,13 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.papers.presets import load
-from tests.analysis.assays.artificial_assays import (
-    AGENTS,
-    GENERATIONS,
-    RUNS,
-    constant,
-    innate,
-)
+from tests.analysis.assays.artificial_assays import AGENTS, GENERATIONS, RUNS, constant, innate
 
 LEARNER = "evo+self-taught/A"
 CONTROL = "evo/A"

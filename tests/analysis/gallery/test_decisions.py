@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, NOT_MEASURABLE, Estimate
 from baldwinlab.analysis.gallery.decisions import (
     COLUMNS,
     Decision,
@@ -18,7 +18,7 @@ from baldwinlab.analysis.gallery.decisions import (
     decide,
     describe_too_few_runs,
 )
-from baldwinlab.analysis.statistics import bootstrap, stability
+from baldwinlab.analysis.statistics import bootstrap, comparisons
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 RUNS = 20
@@ -148,7 +148,7 @@ def test_without_an_effect_at_most_five_percent_of_verdicts_are_yes(
     systems: int, tables: int, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Bootstrap samples change no verdict, and take most of the time.
-    monkeypatch.setattr(stability, "RESAMPLES", 1)
+    monkeypatch.setattr(comparisons, "STABILITY_RESAMPLES", 1)
     monkeypatch.setattr(bootstrap, "RESAMPLES", 1)
     verdicts = simulate_verdicts(systems, tables, runs)
     assert len(verdicts) >= 1000

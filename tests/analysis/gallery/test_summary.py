@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.estimands import QUESTIONS
-from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, Estimate
+from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, Estimate
 from baldwinlab.analysis.gallery.decisions import Decision, SystemName, decide
 from baldwinlab.analysis.gallery.summary import TITLES, conclude, format_effect, summarize_questions
 from tests.analysis.gallery.artificial_estimates import make_estimate

@@ -14,11 +14,13 @@ from baldwinlab.analysis.multiverse.analysis import (
     find_largest_effect,
     find_nearest,
     group_by_verdict,
+    read_multiverse,
     select_claims,
+    summarize,
     variants_with_most_claims,
     variants_with_paper_effects,
+    write_multiverse,
 )
-from baldwinlab.analysis.multiverse.files import read_multiverse, summarize, write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse
 from tests.analysis.multiverse.variants import (
     NO_MEALS,

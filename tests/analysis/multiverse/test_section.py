@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from baldwinlab.analysis.multiverse.files import read_multiverse, write_multiverse
+from baldwinlab.analysis.multiverse.analysis import read_multiverse, write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.multiverse.section import (
     StandardStudy,

@@ -15,8 +15,7 @@ from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report.content import read_experiment_texts
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.sections import ReportSummary
-from baldwinlab.analysis.report.settings import describe_variants
-from baldwinlab.analysis.report.setup import describe_conditions
+from baldwinlab.analysis.report.setup import describe_conditions, describe_variants
 from baldwinlab.analysis.report.study import draw_report, write_report
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml

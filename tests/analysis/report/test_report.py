@@ -14,26 +14,19 @@ from baldwinlab import papers
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.report.content import (
-    format_timing,
-    read_experiment_texts,
-    title_worlds,
-)
+from baldwinlab.analysis.report.content import format_timing, read_experiment_texts, title_worlds
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
 from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
-from baldwinlab.analysis.report.headline import compose_headline
-from baldwinlab.analysis.report.phrases import (
-    describe_comparison,
-    describe_finding,
-)
-from baldwinlab.analysis.report.settings import (
+from baldwinlab.analysis.report.setup import (
+    describe_fitness,
     describe_variant,
     describe_variants,
     format_setting,
     select_open_choices,
+    summarize_setup,
 )
-from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
-from baldwinlab.analysis.report.study import draw_report, write_report
+from baldwinlab.analysis.report.study import compose_headline, draw_report, write_report
+from baldwinlab.analysis.report.tables import describe_comparison, describe_finding
 from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.numbers import format_number, format_p_value
 from baldwinlab.experiment.conditions import Factors

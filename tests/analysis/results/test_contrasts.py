@@ -13,7 +13,7 @@ from baldwinlab.analysis.results.contrasts import (
     find_references,
     planned_tests,
 )
-from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.experiment.conditions import Factors
 from tests.analysis.results.studies import study
 

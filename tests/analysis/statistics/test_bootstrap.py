@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.statistics import bootstrap, compare, compare_paired
-from baldwinlab.analysis.statistics.stability import direction_stability, verdict_stability
+from baldwinlab.analysis.statistics.comparisons import direction_stability, verdict_stability
 from baldwinlab.analysis.statistics.survival import Survival, compare_survival
 from baldwinlab.simulation import memory
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from tests.analysis.results.studies import study
 
@@ -61,31 +61,29 @@ def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
 
 
 def test_an_interval_of_nonnegative_values_ends_at_zero_and_of_a_share_at_one() -> None:
-    average, low, high = curve_intervals.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
+    average, low, high = intervals.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
     assert (float(average), float(low)) == (10, 0) and high > 30
-    _, low, _ = curve_intervals.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
+    _, low, _ = intervals.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
     assert low < 0
     ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
     study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
     for shares in (fitness.share(study), fitness.final(study, "share")):
-        average, _, high = curve_intervals.interval_of_mean(shares)
+        average, _, high = intervals.interval_of_mean(shares)
         assert (average < 1).all() and (high == 1).all()
-    assert (curve_intervals.interval_of_mean(fitness.mean(study))[2] > 1).all()
+    assert (intervals.interval_of_mean(fitness.mean(study))[2] > 1).all()
 
 
 def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
-    middle, low, high = curve_intervals.interval_of_median(
+    middle, low, high = intervals.interval_of_median(
         xr.DataArray(np.arange(30.0)[::-1], dims="run")
     )
     # The tenth smallest and the tenth largest value.
     assert (float(middle), float(low), float(high)) == (14.5, 9, 20)
-    _, low, high = curve_intervals.interval_of_median(
-        xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run")
-    )
+    _, low, high = intervals.interval_of_median(xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run"))
     assert (float(low), float(high)) == (1, 6)
     # The median of fewer than six values has no interval.
     values = xr.DataArray([[1.0, 2, 3, 4, 5, NAN], [1, 2, 3, 4, 5, 6]], dims=("generation", "run"))
-    middle, low, high = curve_intervals.interval_of_median(values)
+    middle, low, high = intervals.interval_of_median(values)
     assert middle.values.tolist() == [3, 3.5]
     np.testing.assert_array_equal(low, [NAN, 1])
     np.testing.assert_array_equal(high, [NAN, 6])
@@ -114,8 +112,8 @@ def test_a_table_of_intervals_keeps_the_factors_of_conditions() -> None:
         dims=("condition", "generation", "run"),
         coords={"condition": ["evo/A", "evo/B"], "map": ("condition", ["A", "B"])},
     )
-    interval = curve_intervals.interval_of_median(values)
-    rows = curve_intervals.tabulate_interval(interval, mean=values.mean("run"))
+    interval = intervals.interval_of_median(values)
+    rows = intervals.tabulate_interval(interval, mean=values.mean("run"))
     assert [(row["condition"], row["map"], row["generation"]) for row in rows] == [
         ("evo/A", "A", 0), ("evo/A", "A", 1), ("evo/B", "B", 0), ("evo/B", "B", 1),
     ]  # fmt: skip

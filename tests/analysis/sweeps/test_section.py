@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from urllib.parse import parse_qs
 
 import numpy as np
 import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values
 from baldwinlab.analysis.results.table import summarize_contrasts
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.section import (
     describe_effects,
     describe_ranges,
+    link_points,
     summarize_design,
     write_sweep_report,
 )
@@ -122,3 +125,31 @@ def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
     page = page_of(data, tmp_path)
     for width, height in ((1280, 900), (390, 844)):  # on a desk, on a phone
         assert errors_and_width(browser, page, width, height) == ([], width)
+
+
+def read_query(link: Link) -> dict[str, str]:
+    return {key: value for key, (value,) in parse_qs(link.address.split("?")[1]).items()}
+
+
+def test_each_of_a_few_points_has_a_link_to_the_last_generation_of_its_median_run() -> None:
+    # The energy of the runs of this grid rises with their number, so that run 1 has the median.
+    names = [f"point-{number}" for number in range(6)]
+    links = link_points(compute_finals(grid(runs=3)), names, [5] * 6)
+    for link, count in zip(links, (0, 10), strict=False):
+        assert link.label == f"learning.rate = 0.1, world.food.0.count = {count}"
+    assert len(links) == 6
+    query = read_query(links[1])
+    assert query == {"study": ".", "condition": "point-1", "run": "1", "generation": "4"}
+    # A point without runs has no link.
+    finals = compute_finals(grid(runs=3))
+    finals["mean"][2] = np.nan
+    links = link_points(finals, list("abcdef"), [1] * 6)
+    assert [read_query(link)["condition"] for link in links] == list("abdef")
+
+
+def test_of_many_points_those_with_the_lowest_and_the_highest_mean_have_links() -> None:
+    finals = compute_finals(sample(20))
+    eaten = finals["mean"].mean("run").values
+    links = link_points(finals, [str(point) for point in range(20)], [1] * 20)
+    ends = sorted([int(np.argmin(eaten)), int(np.argmax(eaten))])
+    assert [int(read_query(link)["condition"]) for link in links] == ends

@@ -1,4 +1,4 @@
-"""The expected time of an adaptive walk, against a linear system, a double sum and limits."""
+"""Adaptive walks against a linear system, a double sum and limits, and the mutation supply."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
+from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities, mutation_supply
+from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from tests.oracles.theory.adaptive_walk import compute_step_probabilities, expect_walk_time
 
 Floats = npt.NDArray[np.float64]
@@ -80,3 +81,22 @@ def test_the_logarithm_of_the_time_through_a_deep_valley_grows_with_its_depth() 
         fitness = np.exp([0.0, -depth / 2, -depth, -depth / 2, 0.5])
         times.append(expect_walk_time(*compute_step_probabilities(fitness, 10), 4))
     assert np.log(times[1] / times[0]) == pytest.approx(9, abs=0.6)
+
+
+def test_learning_restores_the_mutations_of_one_generation() -> None:
+    model = NKClimbers(trials=12)
+    peak = int(landscape(7, 0, 16, 0).argmax())
+    peak_bits = (peak >> np.arange(16)) & 1
+    flips = np.random.default_rng(1).random((20_000, 16)) < 1 / 32
+    genomes = (peak_bits ^ flips).astype(np.float32)
+    changed = model.simulate(7, [0], 3, genomes[None, :, None]).records["changed"]
+    expected = mutation_supply(16, 1 / 32, 12)
+    assert abs(changed.mean() - expected) < 4 * changed.std() / np.sqrt(changed.size)
+    assert expected < 0.6 * mutation_supply(16, 1 / 32)
+
+
+def test_the_supply_has_its_limits() -> None:
+    assert mutation_supply(16, 1 / 32) == 0.5
+    assert mutation_supply(16, 1 / 32, 10_000) == pytest.approx(0.5)
+    assert mutation_supply(16, 1 / 32, 0) == mutation_supply(16, 0.0, 30) == 0
+    assert mutation_supply(16, 1 / 32, 1) == pytest.approx(1 / 32)

@@ -12,7 +12,6 @@ from scipy.stats import binom
 
 from baldwinlab.analysis.theory.needle import (
     balance_of_unset,
-    expected_extra_children,
     expected_fitness,
     mean_share,
     selection_against_unset,
@@ -123,23 +122,6 @@ def test_the_mean_share_agrees_with_an_exact_matrix_of_wright_and_fisher() -> No
     stationary = np.linalg.matrix_power(matrix, 2**20)[0]
     mean = mean_share(gain, loss, selection, agents)
     assert stationary @ share == pytest.approx(mean, abs=0.003)
-
-
-def test_extra_children_have_the_values_of_the_first_trials_and_fall_with_the_cost() -> None:
-    children = [expected_extra_children(cost_of_trials=kappa) for kappa in (0, 0.1, 1, 10, 100)]
-    assert children[:3] == pytest.approx([10.6, 10.1, 6.0], abs=0.05)
-    assert (np.diff(children) < 0).all()
-
-
-def test_extra_children_are_the_mean_surplus_of_random_founders() -> None:
-    generator = np.random.default_rng(4)
-    founders = generator.choice([0, 1, 2], p=[0.2, 0.2, 0.6], size=(200_000, 6))
-    has_no_zero = (founders != 0).all(axis=1)
-    n_unset = (founders == 2).sum(axis=1)
-    fitness_by_q = np.array([expected_fitness(q, 20) for q in range(7)])
-    surplus = np.where(has_no_zero, fitness_by_q[n_unset] - 1, 0)
-    expected = expected_extra_children(1, 6, 20, unset_share=0.6)
-    assert abs(surplus.mean() - expected) < 4 * surplus.std() / np.sqrt(surplus.size)
 
 
 def test_invalid_numbers_are_refused() -> None:

@@ -19,10 +19,9 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from baldwinlab.analysis.movie import SCENE_GAP
-from baldwinlab.analysis.report.replays import find_typical_lives, make_link
+from baldwinlab.analysis.movie import CAPTION_HEIGHT, SCENE_GAP, Scene
+from baldwinlab.analysis.report.data import find_typical_lives, make_link
 from baldwinlab.analysis.report.sections import render
-from baldwinlab.analysis.scene import CAPTION_HEIGHT, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
 from baldwinlab.lab.pages import downloads, single_page

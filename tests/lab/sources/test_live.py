@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
 from baldwinlab.lab.sources import live_run
@@ -112,9 +112,7 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     for name, band in measures.items():
         assert list(band) == parts
         values = fitness.MEASURES[name](study)
-        for edge, expected in zip(
-            band.values(), curve_intervals.interval_of_mean(values), strict=False
-        ):
+        for edge, expected in zip(band.values(), intervals.interval_of_mean(values), strict=False):
             assert np.allclose(edge, expected.values[1:3])
         if runs > 1:
             assert np.allclose(band["runs"], values.values.T[1:3])

@@ -13,7 +13,7 @@ import pytest
 
 from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
-from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab import Lab
@@ -221,7 +221,7 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
     results = get_json(lab_server.address, "results", study="small")
     assert results["conditions"] == ["evo/A", "evo+self-taught/A"]
     assert results["generation"] == [0, 1, 2]
-    average, low, high = curve_intervals.interval_of_mean(fitness.MEASURES[measure](study))
+    average, low, high = intervals.interval_of_mean(fitness.MEASURES[measure](study))
     high = high.clip(max=1) if measure == "share" else high
     for name in results["conditions"]:
         curve = results["curves"][name][measure]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import norm
 
-from baldwinlab.analysis.theory.bandit_exploration import MEAN_PAYOFF, Bandit
+from baldwinlab.analysis.theory.choices import MEAN_PAYOFF, Bandit
 
 # Half of the width of the grid of posterior means, in prior standard deviations, and its size.
 GRID_WIDTH: Final = 8.0

@@ -6,11 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.oracles.theory.medium_preference import (
-    choice_share,
-    gain_slope,
-    predict_preferences,
-)
+from tests.oracles.theory.medium_preference import choice_share, gain_slope, predict_preferences
 
 Numbers = npt.NDArray[np.float64]
 X: Numbers = np.linspace(-8, 8, 1601)

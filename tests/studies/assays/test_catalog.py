@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays, planned_tests
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
+from baldwinlab.analysis.statistics.significance import PlannedTest
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import run_missing_assays
 from baldwinlab.core.errors import RefusedError

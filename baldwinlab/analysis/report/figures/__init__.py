@@ -11,14 +11,13 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from baldwinlab.analysis.report.content import select_foragers
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.replays import link_conditions
+from baldwinlab.analysis.report.data import ReportData, link_conditions
 from baldwinlab.core.names import suggest
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import DEFAULT_FIGURES
 
 if TYPE_CHECKING:
-    from baldwinlab.analysis.report.embedding import ReportFigure
+    from baldwinlab.analysis.report.sections import ReportFigure
 
 DrawFunction = Callable[[ReportData], "ReportFigure | None"]
 

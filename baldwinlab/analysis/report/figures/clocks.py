@@ -15,8 +15,8 @@ from baldwinlab.analysis.report.content import (
     name_fitness,
 )
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment.outcome import name_outcome_of
 
@@ -44,10 +44,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure:
-    """Draw mean fitness by generation and by the number of evaluations, averaged over runs.
-
-    `dataset`: runs as (condition, run, generation, agent).
-    """
+    """Draw mean fitness by generation and by the number of evaluations, averaged over runs."""
     figure = Figure((FIGURE_WIDTH, 2.9))
     by_generation, by_evaluation = figure.subplots(1, 2, sharey=True)
     conditions = style_conditions(dataset)

@@ -26,12 +26,11 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.figures.world import draw_titled_map, parse_world
 from baldwinlab.analysis.report.content import tabulate_generations
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.data import ReportData, StoredLife, format_replay_command, make_link
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.report.replays import StoredLife, format_replay_command, make_link
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
 # Number of maps in a row.
 N_COLUMNS = 3

@@ -12,20 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
+from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.curves import LETTER_INCHES, find_top
-from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, style_conditions, styled
-from baldwinlab.analysis.report.content import (
-    describe_final_medians,
-    name_fitness,
-    tabulate_runs,
-)
+from baldwinlab.analysis.report.content import describe_final_medians, name_fitness, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.sample_sizes import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 
 # Largest number of brackets above each other. More would hide the boxes.
 MAX_BRACKETS = 6
@@ -177,11 +173,7 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
 
 
 def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> str:
-    """Describe the p-values that `draw_fitness_boxes` draws, for a caption.
-
-    `dataset`: runs as (condition, run, generation, agent). Returns a sentence, or "" if the figure
-    has no p-values.
-    """
+    """Describe the p-values that `draw_fitness_boxes` draws, or return "" without any."""
     has_brackets = False
     baselines: dict[str, None] = {}
     for names in _names_by_map(dataset):

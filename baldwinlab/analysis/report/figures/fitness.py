@@ -29,12 +29,11 @@ from baldwinlab.analysis.report.content import (
     name_fitness,
     tabulate_generations,
 )
-from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.data import ReportData, list_replay_commands
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.report.replays import list_replay_commands
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
 # Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
 LEGEND_HEIGHT = 0.5
@@ -94,11 +93,7 @@ def make_panels(
 
 @styled
 def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
-    """Draw fitness by generation: the mean over runs and its 95 % interval (Student's t).
-
-    `dataset`: runs as (condition, run, generation, agent). The figure has a row per map, a column
-    for best and mean fitness. A single run has no interval.
-    """
+    """Draw fitness by generation, with its interval: a row per map, a column per measure."""
     conditions = style_conditions(dataset)
     learners = {condition.learner: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))

@@ -28,8 +28,8 @@ from baldwinlab.analysis.figures.world import (
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.analysis.report.content import select_foragers, title_worlds
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.experiment import FoodRegion, World
 from baldwinlab.experiment.conditions import read_factors
 

@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claim_samples import ModelMeasure
+from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.curves import draw_legend
-from baldwinlab.analysis.figures.strips import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.numbers import format_number
 
 
@@ -44,11 +44,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
-    """Draw each measure in a panel, with a box per condition and a point per run.
-
-    `measures`: the measures, at least one. The figure has a panel per measure. The conditions of a
-    map are next to each other.
-    """
+    """Draw one or more measures, each in a panel, with a box per condition and a point per run."""
     conditions = style_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
     learners = list(dict.fromkeys(condition.learner for condition in conditions))

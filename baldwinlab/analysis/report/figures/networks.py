@@ -24,8 +24,8 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.figures.world import Appearance
 from baldwinlab.analysis.report.content import select_foragers
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import read_factors
 from baldwinlab.papers import load

@@ -14,9 +14,9 @@ from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, ORANGE, PALE, s
 from baldwinlab.analysis.figures.world import Appearance
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.maps import BODY_SIDE
+from baldwinlab.analysis.report.sections import ReportFigure
 
 # Angle of a sector, in degrees, up to which its edges have no label, for lack of space.
 MIN_LABELED_DEGREES = 10

@@ -14,9 +14,9 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.report.content import compute_shares, tabulate_shares
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.analysis.report.sections import ReportFigure
+from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
 # Largest number of panels in a row.
 MAX_COLUMNS = 3
@@ -45,11 +45,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_shares(shares: xr.Dataset) -> Figure:
-    """Draw shares by generation: the mean over runs and its 95 % interval (Student's t).
-
-    `shares`: a variable for each share, 0 to 1, as (condition, run, generation). The figure has a
-    panel per condition.
-    """
+    """Draw shares (condition, run, generation): the mean over runs and its 95 % interval."""
     conditions = style_conditions(shares)
     figure, panels = make_panels(
         len(conditions), MAX_COLUMNS, PANEL_HEIGHT, LEGEND_HEIGHT, sharey=True

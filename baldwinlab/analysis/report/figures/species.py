@@ -6,9 +6,9 @@ import math
 
 from baldwinlab.analysis.report.content import compute_species_composition, tabulate_shares
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.shares import draw_shares
+from baldwinlab.analysis.report.sections import ReportFigure
 
 
 @declare_figure()

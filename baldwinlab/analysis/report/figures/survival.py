@@ -10,8 +10,8 @@ from baldwinlab.analysis.figures.curves import draw_legend, draw_line
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figures import declare_figure
+from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
 
 
@@ -33,10 +33,7 @@ def draw_figure(report: ReportData) -> ReportFigure:
 
 @styled
 def draw_survival(dataset: xr.Dataset) -> Figure:
-    """Draw the share of surviving runs by time, for models whose fitness is a survival time.
-
-    `dataset`: runs as (condition, run, generation, agent); `energy` is the survival time.
-    """
+    """Draw the share of surviving runs by time. The variable `energy` is the survival time."""
     figure = Figure((FIGURE_WIDTH, 3.1))
     axes = figure.subplots()
     lifetimes = fitness.final(dataset, "mean", 1)

@@ -1,21 +1,25 @@
-"""Symbols of species on a map, drawn and measured."""
+"""Appearance of traces, and symbols of species on a map, drawn and measured."""
 
 from __future__ import annotations
 
+import json
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+import xarray as xr
 from PIL import Image, ImageColor, ImageDraw
 
-from baldwinlab.analysis.agent_symbols import (
+from baldwinlab.analysis.appearance import (
     DART,
     AgentSymbol,
     draw_agent,
     draw_shape,
+    has_appearance,
     list_symbol_numbers,
     list_symbols,
+    read_appearance,
 )
 from baldwinlab.analysis.palette import MOVIE_COLORS, SPECIES_SHAPES
 from baldwinlab.experiment.species import MAX_SPECIES
@@ -80,3 +84,10 @@ def test_a_line_from_the_shape_shows_the_heading(
     back = (int(CENTER[0] - 42 * dx), int(CENTER[1] - 42 * dy))
     assert image.getpixel(tip) == ImageColor.getrgb(symbol.outline)
     assert image.getpixel(back) == (255, 255, 255)
+
+
+def test_the_appearance_is_an_attribute_of_a_trace() -> None:
+    trace = xr.Dataset(attrs={"appearance": json.dumps({"inputs": ["left"]})})
+    assert has_appearance(trace)
+    assert read_appearance(trace) == {"inputs": ["left"]}
+    assert not has_appearance(xr.Dataset())

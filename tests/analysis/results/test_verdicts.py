@@ -6,9 +6,8 @@ from math import nan
 
 import pytest
 
-from baldwinlab.analysis.results.families import correct_family, explain_verdict
-from baldwinlab.analysis.statistics.power import rank_test_runs
-from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
+from baldwinlab.analysis.results.verdicts import correct_family, explain_verdict
+from baldwinlab.analysis.statistics.significance import PlannedTest, rank_test_runs
 
 NOTHING = nan
 

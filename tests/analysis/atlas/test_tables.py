@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.atlas.statistics import estimate_mean, estimate_slope, is_equivalent
+from baldwinlab.analysis.atlas.tables import estimate_mean, estimate_slope, is_equivalent
 
 VALUES = np.random.default_rng(0).normal(3, 1, 12)
 

@@ -1,19 +1,21 @@
-"""Symbols of agents on a map, by species, and their drawing in the images of a movie.
+"""Appearance of a recorded world: its declaration in a trace, and the symbols of its agents.
 
 Each species has a shape and a color. Agents of a population with one species are darts.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from PIL import ImageColor, ImageDraw
 
 from baldwinlab.analysis.palette import MOVIE_COLORS, choose_species_style, resolve_color
 from baldwinlab.core.deferred import xr
 
+APPEARANCE_ATTRIBUTE = "appearance"
 # Angles of the corners of a dart relative to its heading, in radians.
 DART_ANGLES: Final = (0, 2.5, -2.5)
 # Corners of the shapes, in radii. y is downward. The areas are about equal.
@@ -30,6 +32,16 @@ POINTER_LENGTH: Final = 1.5
 POINTER_WIDTH: Final = 2
 # Share of the color of a species in the color of its trails.
 TRAIL_SHARE: Final = 0.4
+
+
+def has_appearance(trace: xr.Dataset) -> bool:
+    """Return whether a dataset describes the appearance of a world."""
+    return APPEARANCE_ATTRIBUTE in trace.attrs
+
+
+def read_appearance(trace: xr.Dataset) -> dict[str, Any]:
+    """Return the appearance of the world of a trace, in the form of `Appearance.to_dict`."""
+    return dict(json.loads(trace.attrs[APPEARANCE_ATTRIBUTE]))
 
 
 class AgentSymbol(NamedTuple):
