@@ -13,6 +13,7 @@ from baldwinlab.analysis.results.contrasts import (
     final_values,
     planned_tests,
 )
+from baldwinlab.analysis.results.numbers import replace_undefined
 from baldwinlab.analysis.results.table import (
     HEADINGS,
     describe_contrast,
@@ -21,8 +22,7 @@ from baldwinlab.analysis.results.table import (
     summarize_contrasts,
 )
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import replace_undefined
-from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import quote_path
 from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors

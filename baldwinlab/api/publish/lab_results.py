@@ -17,7 +17,6 @@ from typing import Any, Final, NamedTuple
 from baldwinlab._version import __version__
 from baldwinlab.analysis.assays.reaction_panels import ReactionPanel, make_reaction_panels
 from baldwinlab.analysis.results.contrasts import COMPARED_MEASURES, Contrasts, final_values
-from baldwinlab.analysis.results.numbers import replace_undefined
 from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, record_contrasts

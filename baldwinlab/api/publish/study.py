@@ -23,8 +23,8 @@ from baldwinlab.analysis.multiverse.analysis import (
     evaluate_variant,
     list_claims,
     read_multiverse,
+    write_multiverse,
 )
-from baldwinlab.analysis.multiverse.files import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead
 from baldwinlab.analysis.report.content import count_runs
@@ -38,9 +38,9 @@ from baldwinlab.analysis.results.contrasts import (
     Contrasts,
     compare_conditions,
 )
+from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.stages import section as stages_section
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.fitness import add_unseen_maps
 from baldwinlab.analysis.sweeps.analysis import compute_finals, write_responses
 from baldwinlab.analysis.sweeps.section import link_points, write_sweep_report

@@ -15,7 +15,7 @@ from baldwinlab.analysis.stages.analysis import (
     measure_agreement,
 )
 from baldwinlab.analysis.statistics.bootstrap import Sample
-from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.conditions import Factors
 
 NOISE = ("noise", "random")
 GENERATOR = np.random.default_rng(4)
