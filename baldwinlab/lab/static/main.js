@@ -8,10 +8,9 @@ import {
   setCurrentView,
 } from "./core/address.js";
 import { el, getJSON, showUnhandledErrors } from "./core/common.js";
-import { Guide } from "./core/guide.js";
+import { Guide, LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/guide.js";
 import { watchServer } from "./core/heartbeat.js";
 import { PRESETS } from "./core/sources.js";
-import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/topics.js";
 
 const VIEWS = {
   papers: { title: "Papers", load: () => import("./papers/view_papers.js"), summary: PAPERS },

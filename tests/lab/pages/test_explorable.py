@@ -181,7 +181,7 @@ THEORY_CASES = (
 
 def test_the_theory_in_the_page_is_that_of_python(page: Page) -> None:
     compute = """async settings => {
-      const { computeBalance } = await import("lab/explorable/needle_theory.js");
+      const { computeBalance } = await import("lab/explorable/needle_figure.js");
       return settings.map(computeBalance);
     }"""
     settings = [dict(zip(THEORY_SETTINGS, case, strict=True)) for case in THEORY_CASES]

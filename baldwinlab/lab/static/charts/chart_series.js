@@ -1,6 +1,8 @@
-/** The series of a chart: their styles, and their columns in uPlot. */
+/** The series of a chart: their styles, their columns in uPlot, their legend, and the switch of the runs. */
 
 import { palette } from "../core/palette.js";
+import { createButton, el } from "../core/common.js";
+import { createSvg } from "../core/drawing.js";
 
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 
@@ -50,4 +52,37 @@ export function collectCurves(series) {
       return { label, number, values, columns: [column, column + 1, column + 2] };
     }),
   ];
+}
+
+/**
+ * Return a checkbox that shows each run as a thin line.
+ * @param {(isChecked: boolean) => void} changed
+ */
+export function createRunSwitch(checked, changed) {
+  const input = el("input", {
+    type: "checkbox",
+    checked,
+    "data-testid": "each-run",
+    onchange: () => changed(input.checked),
+  });
+  return el("label", { class: "inline" }, input, "show each run");
+}
+
+export function createLegendEntry(line, number, hidden, toggle) {
+  const { color, dash } = { ...selectSeriesStyle(number), ...line };
+  return createButton(
+    [drawSwatch(color, dash), el("span", {}, line.label), el("span", { class: "chart-value" })],
+    () => toggle(line.label),
+    { class: "chart-key", "aria-pressed": String(!hidden.has(line.label)) },
+  );
+}
+
+function drawSwatch(color, dash = []) {
+  const line = {
+    d: "M0 2H22",
+    stroke: color,
+    "stroke-width": 3,
+    "stroke-dasharray": dash.map((length) => length * 0.8).join(" "),
+  };
+  return createSvg("svg", { width: 22, height: 4, "aria-hidden": "true" }, createSvg("path", line));
 }

@@ -1,4 +1,4 @@
-/** Charts with curves and bands (uPlot). See box_chart.js for box plots. */
+/** Charts with curves and bands (uPlot). See svg_charts.js for box plots. */
 
 // @ts-types="../vendor/uPlot.d.ts"
 import uPlot from "../vendor/uPlot.esm.js";
@@ -11,15 +11,15 @@ import {
   RUN_LABEL,
   setCursor,
 } from "./chart_cursor.js";
-import { createLegendEntry } from "./chart_legend.js";
-import { createPlotOptions } from "./chart_options.js";
-import { drawPicture } from "./chart_picture.js";
 import {
   collectColumns,
   collectCurves,
+  createLegendEntry,
   MAX_PLAIN_CURVES,
   selectSeriesStyle,
 } from "./chart_series.js";
+import { createPlotOptions } from "./chart_options.js";
+import { drawPicture } from "./chart_picture.js";
 import { createButton, el } from "../core/common.js";
 
 /**

@@ -27,7 +27,7 @@ export class WorldCursor {
   /**
    * Return the steps and the arrays of the requested frames, as many as a limited time allows.
    * @param {{first: number, interval: number, count: number, window:
-   *   import("../world/frame.js").Window}} query
+   *   import("../world/frame_stream.js").Window}} query
    * @param {number[]} kindSizes the number of items of each kind
    */
   makeFrames({ first, interval, count, window }, kindSizes) {

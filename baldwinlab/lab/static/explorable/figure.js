@@ -10,7 +10,7 @@ const DIAL_DELAY = 200;
  * @property {import("./source.js").LiveSource|import("./source.js").RecordedSource} source
  * @property {import("./source.js").RecordedSource} recorded
  * @property {import("./source.js").PageData} data
- * @property {import("./dials.js").Dials} dials of the step
+ * @property {Dials} dials of the step
  * @property {(name: string, text: string) => void} setValue shows a value in the text of the step
  */
 export class Figure {
@@ -127,4 +127,43 @@ export class Figure {
 /** Insert values into a text with {name}. */
 export function formatText(text, values) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+}
+
+export class Dials {
+  /**
+   * @param {HTMLElement} section
+   * @param {(name: string, value: number) => string} format shows a number
+   */
+  constructor(section, format) {
+    /** @type {Map<string, HTMLInputElement>} */
+    this.inputs = new Map();
+    this.format = format;
+    const inputs = /** @type {NodeListOf<HTMLInputElement>} */ (
+      section.querySelectorAll("[data-dial]")
+    );
+    for (const input of inputs) {
+      this.inputs.set(input.dataset.dial, input);
+      input.addEventListener("input", () => this.show(input));
+      this.show(input);
+    }
+  }
+
+  show(input) {
+    const text = this.format(input.dataset.dial, Number(input.value));
+    input.previousElementSibling.textContent = text;
+    input.setAttribute("aria-valuetext", text);
+  }
+
+  read(name) {
+    return Number(this.inputs.get(name).value);
+  }
+
+  /** Call a function after each change. */
+  listen(changed) {
+    for (const input of this.inputs.values()) input.addEventListener("input", changed);
+  }
+
+  disable() {
+    for (const input of this.inputs.values()) input.disabled = true;
+  }
 }

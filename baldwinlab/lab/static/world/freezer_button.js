@@ -1,7 +1,12 @@
 /** The button that stores an agent or a population in the freezer. */
 
-import { createIconButton, isServerless, postJSON, showMessage } from "../core/common.js";
-import { openSaveDialog } from "../core/save_dialog.js";
+import {
+  createIconButton,
+  isServerless,
+  openSaveDialog,
+  postJSON,
+  showMessage,
+} from "../core/common.js";
 import { createLifetimeQuery } from "../core/sources.js";
 
 // A snowflake.

@@ -4,8 +4,8 @@ import { el, showMessage } from "../core/common.js";
 import { handleGenerationKey } from "./shortcuts.js";
 import { ModelPanel } from "./model_panel.js";
 import { findNearestLifetime, formatLifetimeTitle } from "../core/sources.js";
-import { CURVE, VIEWS } from "../core/topics.js";
-import { GenerationPlayer } from "./generation_player.js";
+import { CURVE, VIEWS } from "../core/guide.js";
+import { GenerationPlayer } from "./player.js";
 
 // Milliseconds that a generation is shown during playback.
 const DISPLAY_TIME = 200;

@@ -1,7 +1,7 @@
 /** The keyboard shortcuts of the World tab, and their descriptions. */
 
 import { el } from "../core/common.js";
-import { handleKey, listTimeActions } from "../core/keys.js";
+import { handleKey, listTimeActions } from "./time_bar.js";
 
 const KEYS = {
   space: "play or pause",

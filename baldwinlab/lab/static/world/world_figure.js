@@ -2,7 +2,7 @@
 
 import { createOptions, el, setText } from "../core/common.js";
 import { WorldMap } from "./world_map.js";
-import { createZoomButtons } from "./zoom_tools.js";
+import { createZoomButtons } from "./gestures.js";
 
 class WorldFigure extends WorldMap {
   constructor(label, testid, callbacks) {

@@ -6,7 +6,7 @@ import { handleWorldKey } from "./shortcuts.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { Inspector } from "../inspector/inspector.js";
-import { chooseSpeed } from "./player.js";
+import { chooseSpeed, GenerationPlayer } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "../share/share.js";
 import {
@@ -15,8 +15,7 @@ import {
   formatLifetimeTitle,
   PRESETS,
 } from "../core/sources.js";
-import { CURVE, WORLD } from "../core/topics.js";
-import { GenerationPlayer } from "./generation_player.js";
+import { CURVE, WORLD } from "../core/guide.js";
 import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
 import { WorldControls } from "./world_controls.js";
 import { WorldGroup } from "./world_group.js";
