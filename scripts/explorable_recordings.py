@@ -14,9 +14,7 @@ import numpy as np
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.pages import single_page
-from baldwinlab.lab.pages.explorable import scenes
-from baldwinlab.lab.pages.explorable.page import RECORDINGS_FILE
+from baldwinlab.lab.pages import explorable, single_page
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life
@@ -28,7 +26,7 @@ DIFFERENCES = ("x", "y", "heading", "sensor", "action", "eaten_in_life")
 
 def record_curve(experiment: Experiment) -> list[list[float]]:
     """Return the mean number of eaten items per agent [run][generation]."""
-    runs = simulate_batch(experiment, scenes.SEED, range(scenes.RUNS))
+    runs = simulate_batch(experiment, explorable.SEED, range(explorable.RUNS))
     return [run.food_eaten.mean("agent").values.tolist() for run in runs]
 
 
@@ -37,23 +35,23 @@ def record_lives() -> dict[str, str]:
 
     `learning` and `off` have the same genomes. Learning is off in the second one.
     """
-    learning = scenes.make_scenes()["learning"]
-    control = scenes.make_scenes()["alone"]
-    last_generation = scenes.GENERATIONS - 1
+    learning = explorable.make_scenes()["learning"]
+    control = explorable.make_scenes()["alone"]
+    last_generation = explorable.GENERATIONS - 1
     lives = {
-        "learning": (learning, learning, scenes.FIRST_GENERATION),
-        "off": (learning, learning.replace(learning={"rate": 0.0}), scenes.FIRST_GENERATION),
+        "learning": (learning, learning, explorable.FIRST_GENERATION),
+        "off": (learning, learning.replace(learning={"rate": 0.0}), explorable.FIRST_GENERATION),
         "alone": (control, control, last_generation),
     }
     return {name: _record_life(*life) for name, life in lives.items()}
 
 
 def _record_life(evolved: Experiment, experiment: Experiment, generation: int) -> str:
-    run = simulate(evolved, seed=scenes.SEED, run=scenes.FIRST_RUN)
+    run = simulate(evolved, seed=explorable.SEED, run=explorable.FIRST_RUN)
     genomes = run.genome.values[generation]
-    key = GenerationKey(scenes.SEED, scenes.FIRST_RUN, generation)
+    key = GenerationKey(explorable.SEED, explorable.FIRST_RUN, generation)
     life = Life(experiment, key, lambda: StartData(genomes, None))
-    container = record_life(life, Span(0, scenes.STEPS), {})
+    container = record_life(life, Span(0, explorable.STEPS), {})
     header, arrays = binary_frames.unpack(container)
     return single_page.compress(binary_frames.pack(header, arrays, DIFFERENCES))
 
@@ -61,26 +59,26 @@ def _record_life(evolved: Experiment, experiment: Experiment, generation: int) -
 def record_needle() -> list[list[list[float]]]:
     """Return the share of ? in the second half of each run [cost][period][run]."""
     return [
-        [_record_needle_runs(cost, period) for period in scenes.NEEDLE_PERIODS]
-        for cost in scenes.NEEDLE_COSTS
+        [_record_needle_runs(cost, period) for period in explorable.NEEDLE_PERIODS]
+        for cost in explorable.NEEDLE_COSTS
     ]
 
 
 def _record_needle_runs(cost: float, period: int) -> list[float]:
-    experiment = scenes.make_needle(cost, period)
-    runs = simulate_batch(experiment, scenes.SEED, range(scenes.NEEDLE_RUNS))
+    experiment = explorable.make_needle(cost, period)
+    runs = simulate_batch(experiment, explorable.SEED, range(explorable.NEEDLE_RUNS))
     return [float(np.mean(run.unset.values[run.sizes["generation"] // 2 :])) for run in runs]
 
 
 def make_recordings() -> dict[str, Any]:
     curves = {
         name: record_curve(experiment)
-        for name, experiment in scenes.make_scenes().items()
+        for name, experiment in explorable.make_scenes().items()
         if name != "map"
     }
-    curves["forked"] = record_curve(scenes.make_forked_scene())
+    curves["forked"] = record_curve(explorable.make_forked_scene())
     return {"curves": curves, "lives": record_lives(), "needle": record_needle()}
 
 
 if __name__ == "__main__":
-    RECORDINGS_FILE.write_text(json.dumps(make_recordings()) + "\n", "utf-8")
+    explorable.RECORDINGS_FILE.write_text(json.dumps(make_recordings()) + "\n", "utf-8")

@@ -18,7 +18,7 @@ from uvicorn import Server
 import baldwinlab as bl
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
-from baldwinlab.lab.pages.explorable.page import render_explorable
+from baldwinlab.lab.pages.explorable import render_explorable
 from baldwinlab.lab.server.access import Access
 from baldwinlab.lab.server.app import make_app, make_server
 from baldwinlab.papers.presets import load

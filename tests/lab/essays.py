@@ -12,7 +12,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from baldwinlab.lab.pages.explorable.page import RECORDINGS_FILE, STRINGS_FILE
+from baldwinlab.lab.pages.explorable import RECORDINGS_FILE, STRINGS_FILE
 
 STRINGS = tomllib.loads(STRINGS_FILE.read_text("utf-8"))
 RECORDINGS = json.loads(RECORDINGS_FILE.read_text("utf-8"))

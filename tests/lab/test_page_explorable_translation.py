@@ -10,7 +10,7 @@ from typing import Any
 import tomlkit
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.pages.explorable.page import STRINGS_FILE, render_explorable
+from baldwinlab.lab.pages.explorable import STRINGS_FILE, render_explorable
 from tests.lab.essays import open_essay, read_value, show
 
 # Return the visible texts, and the texts for screen readers and of tooltips.

@@ -15,12 +15,11 @@ from baldwinlab.analysis.scene import Scene
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import render_live_page
-from baldwinlab.lab.sources import life_query, study_access
+from baldwinlab.lab.sources import life_query, studies
 from baldwinlab.lab.sources.life_query import Life
-from baldwinlab.lab.sources.query import Query, read_number, read_text
 from baldwinlab.lab.sources.recording import estimate_bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
@@ -95,10 +94,10 @@ def make_figure(lab: Lab, query: QueryParams) -> Download:
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish.result_figures import make_figure_file
 
-    study = study_access.find_study(lab, read_text(query, "study"))
+    study = studies.find_study(lab, read_text(query, "study"))
     conditions = query.getlist("condition")
     for condition in conditions:
-        study_access.find_condition(study, condition)
+        studies.find_condition(study, condition)
     name, file_format = read_text(query, "figure"), read_text(query, "format")
     file = make_figure_file(study, name, file_format, conditions)
     return Download(file.content, FIGURE_TYPES[file_format], file.name)
@@ -206,8 +205,8 @@ def find_report(lab: Lab, name: str) -> Path:
         raise MissingError(f"there is no {name} here")
     # Without a folder, the served folder is the study.
     study_name = match["study"] or "."
-    path = study_access.find_study(lab, study_name).directory / match["file"]
-    study_access.require_inside(lab.root, path)
+    path = studies.find_study(lab, study_name).directory / match["file"]
+    studies.require_inside(lab.root, path)
     if not path.is_file():
         raise MissingError(
             f"the study {study_name} has no {match['file']} yet; run `baldwinlab report`"

@@ -28,7 +28,7 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 from baldwinlab.lab.server.access import Access
 from baldwinlab.lab.server.origin_check import OriginCheck
-from baldwinlab.lab.server.response_queue import ChunkedResponses
+from baldwinlab.lab.server.responses import ChunkedResponses
 from baldwinlab.lab.server.routes import make_routes
 from baldwinlab.lab.sources import live
 from baldwinlab.lab.sources.comparisons import Comparisons

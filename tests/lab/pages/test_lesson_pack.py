@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.pages.explorable import scenes
-from baldwinlab.lab.pages.explorable.page import STRINGS_FILE
+from baldwinlab.lab.pages.explorable import STRINGS_FILE, scenes
 from baldwinlab.lab.pages.lesson_pack import LECTURER_TEXTS, LESSONS, find_texts, render_lesson_pack
 from tests.axe import find_violations
 from tests.commands import Command
