@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.lab.pages import explorable
 from tests.axe import find_violations
 from tests.lab.client import draw_frames, read_box
 from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
@@ -52,7 +52,7 @@ def test_the_line_and_the_points_follow_the_dials(page: Page) -> None:
     period = section.get_by_role("slider", name=STRINGS["dials"]["period"])
     period.focus()
     page.keyboard.press("Home")
-    expect(period).to_have_attribute("aria-valuetext", str(scenes.NEEDLE_PERIODS[0]))
+    expect(period).to_have_attribute("aria-valuetext", str(explorable.NEEDLE_PERIODS[0]))
 
 
 def test_learning_on_and_off_start_equal_and_end_apart(page: Page) -> None:
@@ -107,7 +107,7 @@ def test_without_webassembly_the_page_shows_recorded_runs(browser: Browser, essa
         section = show(page, "both")
         expect(section.locator(".play")).to_have_text("Start again")
         expected = np.mean(
-            [run[scenes.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["learning"]]
+            [run[explorable.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["learning"]]
         )
         assert read_value(section, "learning") == pytest.approx(expected, rel=0.01)
         expect(page.locator("#both input[type=range]").first).to_be_disabled()

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.lab.pages import explorable
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
 from tests.lab.client import read_box
@@ -67,7 +67,7 @@ def test_the_command_of_a_map_gives_the_same_bits(page: Page, changes: dict[str,
     settings = make_own_map() | changes
     command = page.evaluate(FORMAT_COMMAND, settings)
     experiment = parse_command(command).replace(
-        lifetime={"steps": scenes.STEPS}, evolution={"generations": 3}
+        lifetime={"steps": explorable.STEPS}, evolution={"generations": 3}
     )
     run = simulate(experiment, seed=3, run=0)
     eaten, energy = page.evaluate(RUN_MAP, settings)
