@@ -51,6 +51,6 @@ def test_charts_of_negative_fitness_show_all_values(page: Page, server: LabServe
     # The curve is the picture of the numbers that screen readers get.
     expect(page.get_by_test_id("curves").locator(".chart-value").first).to_be_attached()
     [low, high] = page.evaluate(
-        """async () => (await import("/charts/chart_options.js")).computeAxisRange([-50, -50])"""
+        """async () => (await import("/charts/chart_series.js")).computeAxisRange([-50, -50])"""
     )
     assert (low, high) == (-52.5, 0)

@@ -74,6 +74,12 @@ export function createTableHead(titles) {
   return el("thead", {}, el("tr", {}, cells));
 }
 
+/** Create a card with a title, whose content can be folded. */
+export function createFold(testid, title, open, ...content) {
+  const summary = el("summary", {}, el("h2", {}, title));
+  return el("details", { class: "card", open, "data-testid": testid }, summary, ...content);
+}
+
 /** Create a hint about a command of the terminal. */
 export function createCommandHint(sentence, command) {
   return el("p", { class: "soft" }, `${sentence} Run `, el("code", {}, command), ".");

@@ -121,7 +121,7 @@ function foldTopics(topics) {
   );
 }
 
-export const BALDWIN_EFFECT =
+const BALDWIN_EFFECT =
   "In the Baldwin effect, learning changes the course of evolution, although nothing learned is" +
   " inherited. First, agents that learn a useful behavior have more children, and later the" +
   " behavior becomes innate.";

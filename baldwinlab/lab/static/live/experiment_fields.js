@@ -103,7 +103,7 @@ const EXAMPLE = '[{"generation": 20, "learning.rule": "none"}]';
  * @param {Object<string, any>[]} schedule
  * @param {(schedule: any) => void} set called after each change
  */
-export function createScheduleField(schedule, set) {
+function createScheduleField(schedule, set) {
   const input = el("textarea", {
     rows: 3,
     spellcheck: "false",
@@ -134,7 +134,7 @@ function parse(text) {
  * @param {Founders[]} founders
  * @param {(founders: Founders[]) => void} set called after each change
  */
-export function createFoundersField(founders, set) {
+function createFoundersField(founders, set) {
   const root = el("div", { class: "form-groups" });
   let files = [];
   const change = (changed) => {

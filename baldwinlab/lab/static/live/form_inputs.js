@@ -82,7 +82,7 @@ function setValue(form, holder, key, value) {
   form.changed();
 }
 
-export function createEntryInput(form, item, entries, number) {
+function createEntryInput(form, item, entries, number) {
   if (item.enum) return createChoice(form, item, entries, number);
   if (item.type === "string") return createTextInput(form, item, entries, number);
   return createNumberInput(form, item, entries, number);

@@ -100,7 +100,7 @@ const OWN_CONDITION = "";
  * Return a form that lets the agents of two files compete.
  * @param {FrozenFile[]} files
  */
-export function createCompetition(files) {
+function createCompetition(files) {
   let lives = INITIAL_LIVES;
   const names = files.map(({ name }) => [name, name]);
   const first = createSelect(names, files[0].name, () => listConditions(), {

@@ -34,7 +34,7 @@ export function createSpeedPicker(pace, changed) {
 }
 
 /** Return the options of the presets with captions, grouped by paper. */
-export function groupPresets(presets) {
+function groupPresets(presets) {
   const groups = new Map();
   for (const { name, paper, description } of presets) {
     const caption = description ? `${name}: ${shorten(description)}` : name;

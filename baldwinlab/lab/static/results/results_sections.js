@@ -1,7 +1,7 @@
 /** The controls at the top of the Results tab, and its folded sections. */
 
 import { createRunSwitch, selectSeriesStyle } from "../charts/chart_series.js";
-import { createButton, createSelect, el } from "../core/common.js";
+import { createButton, createFold, createSelect, el } from "../core/common.js";
 import { createChartDownloads, createFigureLinks } from "../core/downloads.js";
 import { createReactionNorms } from "./reaction_norms.js";
 import { createFactorLists } from "./results_factors.js";
@@ -81,12 +81,8 @@ class Fold {
     this.draw = draw;
     this.charts = null;
     this.content = el("div");
-    this.element = el(
-      "details",
-      { class: "card", open: isOpen, "data-testid": id, ontoggle: () => this.drawOnce() },
-      el("summary", {}, el("h2", {}, title)),
-      this.content,
-    );
+    this.element = createFold(id, title, isOpen, this.content);
+    this.element.addEventListener("toggle", () => this.drawOnce());
   }
 
   drawOnce() {
@@ -131,13 +127,7 @@ export function createFactorSection({ results, by, only, choose, canShowRuns, ha
     (isChecked) => choose({ runs: isChecked ? "each" : null }),
   );
   const isOpen = hasRunLines || Object.values(only).some(Boolean);
-  return el(
-    "details",
-    { class: "card", open: isOpen, "data-testid": "factors" },
-    el("summary", {}, el("h2", {}, "Conditions")),
-    lists ?? "",
-    canShowRuns && runSwitch,
-  );
+  return createFold("factors", "Conditions", isOpen, lists, canShowRuns && runSwitch);
 }
 
 const CSV_COLUMNS = ["box", "condition", "run", "value"];
@@ -149,7 +139,7 @@ const CSV_COLUMNS = ["box", "condition", "run", "value"];
  * @param {string} measure
  * @returns {{destroy: () => void}}
  */
-export function drawBoxes(root, view, measure) {
+function drawBoxes(root, view, measure) {
   const { name, axis } = view.results.measures[measure];
   const boxes = view.groups.map((group) => createBox(view, measure, group));
   const plot = el("div");
@@ -169,7 +159,7 @@ export function drawBoxes(root, view, measure) {
 }
 
 /** Return whether the report has a figure with the same boxes. */
-export function hasReportBoxes({ hasSingleConditions, results }) {
+function hasReportBoxes({ hasSingleConditions, results }) {
   return hasSingleConditions && !results.swept;
 }
 

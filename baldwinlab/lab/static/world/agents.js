@@ -170,7 +170,7 @@ const HOLLOW_SIZE = 0.6;
  * @param {import("./recording.js").Recording} recording
  * @param {(agent: number) => number} countEaten
  */
-export function drawSpecies({ pen, x, y, angle, count, scale }, recording, countEaten, size) {
+function drawSpecies({ pen, x, y, angle, count, scale }, recording, countEaten, size) {
   for (let agent = 0; agent < count; agent++) {
     const { color, shape } = recording.findSpecies(agent);
     pen.fillStyle = pen.strokeStyle = resolveColor(color);

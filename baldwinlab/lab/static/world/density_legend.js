@@ -6,14 +6,14 @@ import { formatColor, palette, resolveColor } from "../core/palette.js";
 // CSS pixels of the side of a square.
 export const SQUARE_SIZE = 6;
 // The smallest count of each color of agents.
-export const AGENT_CLASSES = [1, 2, 5, 10, 25, 50, 100];
+const AGENT_CLASSES = [1, 2, 5, 10, 25, 50, 100];
 // The smallest count of each size of dots, and the sizes in pixels. Agents remain visible around a
 // dot.
-export const ITEM_CLASSES = [1, 10, 100];
-export const DOT_SIZES = [2, 3, 4];
+const ITEM_CLASSES = [1, 10, 100];
+const DOT_SIZES = [2, 3, 4];
 
 /** Return the name of the color of a class of agents. */
-export function nameAgentColor(number) {
+function nameAgentColor(number) {
   return `density-${number + 1}`;
 }
 

@@ -69,7 +69,7 @@ export class Frame {
  * @param {{header: Object<string, any>, arrays: Object<string, any>}} container of /api/frames
  * @returns {Frame[]}
  */
-export function readFrames({ header, arrays }) {
+function readFrames({ header, arrays }) {
   const squares = header.window.columns * header.window.rows;
   const kinds = header.appearance.item_kinds.length;
   // The number of agents and of items in earlier frames.

@@ -151,7 +151,7 @@ class PointerTracker {
 }
 
 // Zoom factor of a press.
-export const ZOOM_FACTOR = 1.5;
+const ZOOM_FACTOR = 1.5;
 
 /** @type {Object<string, {label: string, path: string, act: (map: any) => void}>} */
 const BUTTONS = {

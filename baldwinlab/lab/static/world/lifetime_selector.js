@@ -190,7 +190,7 @@ export function setOptions(list, options) {
 
 /** @typedef {{measure: string, best: number[], mean: number[]}} Curve */
 
-export class RunCurve extends ChartSlider {
+class RunCurve extends ChartSlider {
   /**
    * @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}}
    *   callbacks `settled` is called after dragging

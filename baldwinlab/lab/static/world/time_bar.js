@@ -150,7 +150,7 @@ const BAR_WIDTH = 3;
  * @property {import("./recording.js").Life} life
  * @property {number|null} agent whose meals are marked
  */
-export class Timeline extends ChartSlider {
+class Timeline extends ChartSlider {
   /** @param {(step: number) => void} seek */
   constructor(seek) {
     super("timeline", {

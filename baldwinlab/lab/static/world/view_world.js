@@ -86,7 +86,7 @@ function describeUnplayable(unplayable) {
  * @param {import("../core/sources.js").Stored} stored
  * @param {Object<string, string>} state
  */
-export function requireLifetimes(stored, state) {
+function requireLifetimes(stored, state) {
   requireViewable(stored, state);
   const first = findNearestLifetime(stored.studies, state, true);
   const second = readSecondLifetime(state, first);
@@ -97,7 +97,7 @@ export function requireLifetimes(stored, state) {
  * Return a message with links to lifetimes that exist.
  * @param {import("../core/sources.js").MissingLifetimeError} error
  */
-export function createMissingNotice({ message, choices }) {
+function createMissingNotice({ message, choices }) {
   const links = choices.map(({ label, life }) =>
     el("li", {}, el("a", { href: formatLifetimeAddress(life) }, label))
   );
