@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.analysis.theory.needle import balance_of_unset
 from baldwinlab.experiment import assign
 from baldwinlab.lab.pages import explorable
 from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
-from tests.lab.essays import RECORDINGS, STRINGS, drag, read_value, show
+from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
 
 STEPS = [step["id"] for step in STRINGS["steps"]]
 MAX_WORDS = 120
@@ -28,8 +29,10 @@ SIMULATE = """async request => {
 
 
 @pytest.fixture
-def page(essay_page: Page) -> Page:
-    return essay_page
+def page(browser: Browser, essay: Path) -> Iterator[Page]:
+    """Yield the explorable in a browser without a network."""
+    with open_essay(browser, essay) as opened:
+        yield opened
 
 
 def test_the_command_writes_one_small_file(command: Command, tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
 from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
-from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import collect_page_data, render_live_page
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import (
@@ -123,14 +122,6 @@ def test_a_page_is_small_and_references_no_external_file() -> None:
     page = render_live_page([load("evo+self-taught/A"), load("evo/A")])
     assert len(page) < 2_000_000
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.decode())
-
-
-def test_a_page_contains_every_module_that_it_imports() -> None:
-    modules = single_page.collect_modules("engine/live_page.js")
-    for name, code in modules.items():
-        assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(modules), (
-            name
-        )
 
 
 def test_a_study_is_exported_with_its_conditions_and_its_seed(

@@ -16,7 +16,7 @@ from baldwinlab.lab.pages import explorable
 from baldwinlab.lab.pages.lesson_pack import LECTURER_TEXTS, LESSONS, find_texts, render_lesson_pack
 from tests.axe import find_violations
 from tests.commands import Command
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import open_offline_page
 
 TUTORIAL = find_texts().parent / "tutorials" / "lesson.md"
 LESSON_TEXTS = [find_texts() / f"{name}.md" for name in LESSONS]

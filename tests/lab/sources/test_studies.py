@@ -15,7 +15,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.api.publish import lab_results, results_cache
-from baldwinlab.experiment import Experiment, registry
+from baldwinlab.experiment import registry
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
 from baldwinlab.lab.sources.live import Live
@@ -203,13 +203,6 @@ def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
     with run_server(tmp_path) as server:
         (summary,) = get_json(server.address, "studies")["studies"]
     assert f"{file} cannot be read: " in summary["problem"]
-
-
-def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer) -> None:
-    settings = get_json(
-        lab_server.address, "experiment", study="small", condition="evo+self-taught/A"
-    )
-    assert Experiment.model_validate(settings) == shorten_preset("evo+self-taught/A")
 
 
 def test_factors_are_the_settings_that_differ_between_conditions(

@@ -1,4 +1,4 @@
-/** Elements, dialogs, requests, messages and number formats for all views. */
+/** Elements, requests, messages and number formats for all views. */
 
 import { createSvg } from "./drawing.js";
 
@@ -328,55 +328,4 @@ export class Tooltip {
     this.element.style.left = `${Math.max(4, Math.min(x + 12, maxLeft))}px`;
     this.element.style.top = `${y - 30}px`;
   }
-}
-
-/**
- * Open a dialog that asks for a name until `save` succeeds.
- * @param {string} title
- * @param {string} label of the name
- * @param {string} initialName
- * @param {(name: string) => Promise<void>} save
- */
-export function openSaveDialog(title, label, initialName, save) {
-  const name = el("input", {
-    value: initialName,
-    spellcheck: "false",
-    maxlength: 100,
-    "data-testid": "save-name",
-  });
-  const fault = el("p", {
-    class: "fault",
-    hidden: true,
-    role: "alert",
-    "data-testid": "save-fault",
-  });
-  const saveButton = createButton("Save", null, {
-    type: "submit",
-    class: "primary",
-    "data-testid": "save-submit",
-  });
-  const cancelButton = createButton("Cancel", () => dialog.close(), { class: "quiet" });
-  const form = el(
-    "form",
-    { class: "live-save" },
-    el("h2", {}, title),
-    createField(label, name),
-    fault,
-    el("div", { class: "row" }, el("span", { class: "spread" }), cancelButton, saveButton),
-  );
-  const dialog = el("dialog", {}, form);
-  form.addEventListener("submit", async (event) => {
-    event.preventDefault();
-    saveButton.disabled = true;
-    try {
-      await save(name.value.trim());
-      dialog.close();
-    } catch (error) {
-      fault.textContent = error.message;
-      fault.hidden = false;
-    }
-    saveButton.disabled = false;
-  });
-  openDialog(dialog);
-  name.select();
 }

@@ -7,10 +7,10 @@ import {
   el,
   formatNumber,
   isServerless,
-  openSaveDialog,
   postJSON,
   showMessage,
 } from "../core/common.js";
+import { openSaveDialog } from "../core/save_dialog.js";
 import { LiveAlleles } from "./live_selector.js";
 import {
   listEarlierRuns,

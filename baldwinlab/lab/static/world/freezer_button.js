@@ -1,12 +1,7 @@
 /** The button that stores an agent or a population in the freezer. */
 
-import {
-  createIconButton,
-  isServerless,
-  openSaveDialog,
-  postJSON,
-  showMessage,
-} from "../core/common.js";
+import { createIconButton, isServerless, postJSON, showMessage } from "../core/common.js";
+import { openSaveDialog } from "../core/save_dialog.js";
 import { createLifetimeQuery } from "../core/sources.js";
 
 // A snowflake.

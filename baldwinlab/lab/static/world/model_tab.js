@@ -4,9 +4,8 @@ import { createQuery, el, showMessage } from "../core/common.js";
 import { handleKey, listTimeActions } from "./time_bar.js";
 import { findNearestLifetime, formatLifetimeTitle } from "../core/sources.js";
 import { CURVE, VIEWS } from "../core/guide.js";
-import { GenerationPlayer } from "./player.js";
 import { createFreezerButton } from "./freezer_button.js";
-import { LifetimeSelector, setOptions } from "./lifetime_selector.js";
+import { GenerationPlayer, LifetimeSelector, setOptions } from "./lifetime_selector.js";
 import { ModelDisplay } from "./model_display.js";
 
 const ALLELES = "alleles";

@@ -1,4 +1,4 @@
-/** The playback time, and playback of one generation after another. */
+/** The playback time. It calls a function to draw each frame. */
 
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 // At speed 1.
@@ -125,41 +125,5 @@ export class Player {
   close() {
     cancelAnimationFrame(this.frameRequest);
     this.playing = false;
-  }
-}
-
-// Changes are largest in early generations. The last generation is added.
-const FIRST_STOPS = [0, 5, 20];
-
-export class GenerationPlayer {
-  /**
-   * @param {{panel: () => import("./lifetime_selector.js").LifetimeSelector, visit: (generation:
-   *   number) => void, changed: (isPlaying: boolean) => void}} callbacks
-   * @param {(last: number) => number[]} stops the generations to show, up to the last
-   */
-  constructor(callbacks, stops = (last) => [...FIRST_STOPS, last]) {
-    this.callbacks = callbacks;
-    this.stops = stops;
-    this.isPlaying = false;
-  }
-
-  toggle() {
-    this.set(!this.isPlaying);
-    if (this.isPlaying) this.callbacks.visit(0);
-  }
-
-  /** Continue after the end of a lifetime. */
-  next() {
-    if (!this.isPlaying) return;
-    const { source: { generation }, condition } = this.callbacks.panel();
-    const last = condition.generations - 1;
-    const next = this.stops(last).find((stop) => stop > generation && stop <= last);
-    if (next === undefined) this.set(false);
-    else this.callbacks.visit(next);
-  }
-
-  set(isPlaying) {
-    this.isPlaying = isPlaying;
-    this.callbacks.changed(isPlaying);
   }
 }

@@ -2,11 +2,12 @@
 
 import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "../core/common.js";
+import { GenerationPlayer } from "./lifetime_selector.js";
 import { handleWorldKey, WorldControls } from "./world_controls.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { Inspector } from "../inspector/inspector.js";
-import { chooseSpeed, GenerationPlayer } from "./player.js";
+import { chooseSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "../share/share.js";
 import {
