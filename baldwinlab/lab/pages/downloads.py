@@ -9,7 +9,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qsl, quote
 
-from baldwinlab._version import __version__
 from baldwinlab.analysis.movie import write_scenes
 from baldwinlab.analysis.scene import Scene
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
@@ -50,10 +49,14 @@ class Download(NamedTuple):
 
 
 def make_replay(lab: Lab, query: Query) -> Download:
-    """Return the page that replays the requested lifetimes."""
+    """Return the page that replays the requested lifetimes, without a server.
+
+    A lifetime that is too large for one response is replayed from its beginning.
+    """
     sources = _read_sources(query)
-    page = render_replay_page(lab, sources, read_number(query, "step", 0))
     lifetimes = [life_query.find_life(lab, source) for source in sources]
+    panels = [_make_panel(*panel) for panel in zip(lifetimes, sources, strict=True)]
+    page = single_page.render_replay_page(panels, read_number(query, "step", 0))
     return Download(page, "text/html", f"{_make_file_name(lifetimes)}.html")
 
 
@@ -107,23 +110,6 @@ def _read_sources(query: Query) -> list[dict[str, str]]:
     """Return the queries of the recordings `a` and, if given, `b`."""
     names = ["a", "b"] if "b" in query else ["a"]
     return [dict(parse_qsl(read_text(query, name))) for name in names]
-
-
-def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
-    """Return a page that replays one or two lifetimes without a server.
-
-    A lifetime that is too large for one response is replayed from its beginning.
-    """
-    panels = [_make_panel(life_query.find_life(lab, source), source) for source in sources]
-    title = " and ".join(panel["title"] for panel in panels)
-    replay = {"version": __version__, "step": step, "panels": panels}
-    return single_page.render_page(
-        "replay.html",
-        single_page.REPLAY_MODULE,
-        single_page.REPLAY_STYLES,
-        title=title,
-        replay=replay,
-    )
 
 
 def _make_panel(life: Life, source: dict[str, str]) -> dict[str, Any]:

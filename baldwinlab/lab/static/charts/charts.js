@@ -12,6 +12,7 @@ import {
 } from "./chart_series.js";
 import { drawPicture } from "./chart_picture.js";
 import { createButton, el, formatDecimals } from "../core/common.js";
+import { createChartDownloads } from "../core/downloads.js";
 
 // The word before the number of a run.
 const RUN_LABEL = "run";
@@ -293,4 +294,18 @@ export class LineChart {
     this.colorScheme.removeEventListener("change", this.redraw);
     this.chart.destroy();
   }
+}
+
+/**
+ * Add a chart to an element, with downloads of its data and its picture.
+ * @param {HTMLElement} root
+ * @param {ConstructorParameters<typeof LineChart>[1]} options
+ * @param {{name: string, columns: string[], rows: () => Object<string, any>[], file?: string}}
+ *   downloads as for `createChartDownloads`
+ */
+export function addChart(root, options, { name, columns, rows, file = name }) {
+  const plot = el("div");
+  const chart = new LineChart(plot, options);
+  root.append(plot, createChartDownloads(name, columns, rows, () => chart.drawPicture(), file));
+  return chart;
 }

@@ -1,9 +1,9 @@
 /** The curves of a live run, and those of earlier runs of this page. */
 
 import { selectSeriesStyle } from "../charts/chart_series.js";
-import { LineChart } from "../charts/charts.js";
-import { el, getJSON } from "../core/common.js";
-import { createChartDownloads, listCurveRows } from "../core/downloads.js";
+import { addChart } from "../charts/charts.js";
+import { getJSON } from "../core/common.js";
+import { listCurveRows } from "../core/downloads.js";
 import { createQuantileSeries } from "../charts/quantiles.js";
 import { palette, resolveColor } from "../core/palette.js";
 import { findChanges } from "../core/experiment_changes.js";
@@ -42,7 +42,7 @@ export class LiveCurves {
     this.x = Array.from({ length: generations }, (_, generation) => generation);
     this.frame = 0;
     this.species = feed.summary.species ?? [];
-    /** @type {{chart: LineChart, listSeries: () => import("../charts/charts.js").Series[]}[]} */
+    /** @type {{chart: import("../charts/charts.js").LineChart, listSeries: () => import("../charts/charts.js").Series[]}[]} */
     this.charts = [];
     this.createFitnessChart(fitnessRoot);
     this.createShareChart(shareRoot);
@@ -86,8 +86,11 @@ export class LiveCurves {
   createChart(root, name, listSeries, options) {
     const { experiment, runs } = this.feed.summary;
     const file = `${experiment.name}-${name}-${runs}-runs`.replaceAll("/", "-");
-    const plot = el("div");
-    const chart = new LineChart(plot, {
+    const rows = () => {
+      const finished = this.x.slice(0, this.feed.generationsDone);
+      return listCurveRows(finished, listSeries(), this.statistic);
+    };
+    const chartOptions = {
       ...options,
       note: runs > 1 ? `${experiment.name}: ${this.describeBands()}` : `${experiment.name}: 1 run`,
       x: this.x,
@@ -96,21 +99,9 @@ export class LiveCurves {
         if (!this.earlierRuns.some(({ name }) => name === label)) this.pick(x, run);
       },
       series: listSeries(),
-    });
-    const rows = () => {
-      const finished = this.x.slice(0, this.feed.generationsDone);
-      return listCurveRows(finished, listSeries(), this.statistic);
     };
-    root.append(
-      plot,
-      createChartDownloads(
-        name,
-        ["curve", "generation", this.statistic, "low", "high"],
-        rows,
-        () => chart.drawPicture(),
-        file,
-      ),
-    );
+    const columns = ["curve", "generation", this.statistic, "low", "high"];
+    const chart = addChart(root, chartOptions, { name, columns, rows, file });
     this.charts.push({ chart, listSeries });
   }
 

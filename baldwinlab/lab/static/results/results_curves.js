@@ -1,7 +1,7 @@
 /** The curves of a study, generation by generation. */
 
 import { selectSeriesStyle } from "../charts/chart_series.js";
-import { LineChart } from "../charts/charts.js";
+import { addChart, LineChart } from "../charts/charts.js";
 import { el, showMessage } from "../core/common.js";
 import {
   createChartDownloads,
@@ -198,20 +198,9 @@ export function drawSpeciesCharts(cards, { results, groups }) {
     const name = card.dataset.curve;
     const { title, axis } = results.species_curves[name];
     const series = listSeries(results.species, groups, name);
-    const plot = el("div");
-    const chart = new LineChart(plot, {
-      title,
-      x: results.generation,
-      xLabel: "generation",
-      yLabel: axis,
-      series,
-    });
+    const options = { title, x: results.generation, xLabel: "generation", yLabel: axis, series };
     const rows = () => listCurveRows(results.generation, series);
-    card.append(
-      plot,
-      createChartDownloads(`species-${name}`, CURVE_COLUMNS, rows, () => chart.drawPicture()),
-    );
-    return chart;
+    return addChart(card, options, { name: `species-${name}`, columns: CURVE_COLUMNS, rows });
   });
 }
 
