@@ -72,17 +72,13 @@ def make_form(tree: Any) -> dict[str, Any]:
     """Return the JSON schema of an experiment with its parts, and the complete experiment.
 
     Tables of parts that the experiment does not use are left out. Other tables get their defaults.
-    An invalid experiment is returned unchanged, with its errors and the schema of `Experiment`.
+    An invalid experiment is returned unchanged, with the schema of `Experiment`.
     """
     try:
         experiment = complete_experiment(tree)
     except ExperimentError:
-        return {"schema": make_schema(Experiment), "experiment": tree, "errors": find_errors(tree)}
-    return {
-        "schema": make_schema(type(experiment)),
-        "experiment": experiment.to_dict(),
-        "errors": [],
-    }
+        return {"schema": make_schema(Experiment), "experiment": tree}
+    return {"schema": make_schema(type(experiment)), "experiment": experiment.to_dict()}
 
 
 def complete_experiment(tree: Any) -> BaseExperiment:

@@ -17,7 +17,6 @@ import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
-from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
 from baldwinlab.lab.pages.export import collect_page_data, render_live_page
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
@@ -37,16 +36,6 @@ from tests.small_studies import make_small_study, shorten_preset
 from tests.worlds import make_predation
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "parts"
-LIST_TEACHERS = """(program, experiment) => {
-  const run = new Run(program, experiment, 5, 1);
-  const teachers = {};
-  for (let generation = 0; generation < run.generations; generation++) {
-    teachers[generation] = run.teachers && Array.from(run.teachers);
-    run.simulateNext();
-  }
-  return teachers;
-}"""
-
 DIVERGE = """(program, experiment) => {
   const run = new Run(program, experiment, 5, 1);
   const genome = run.startNext();
@@ -83,23 +72,6 @@ def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: P
         "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller"
         " learning.rate"
     )
-
-
-@pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
-def test_the_teachers_in_node_are_those_in_python(tmp_path: Path, teacher: str) -> None:
-    experiment = shorten_preset().replace(learning={"teacher": teacher})
-    inheriting = experiment.replace(evolution={"inheritance": "social-heredity"})
-    module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
-    teachers = evaluate_in_node(tmp_path, experiment, module, LIST_TEACHERS)
-    run = simulate(experiment, seed=5, run=1)
-    assert len(teachers) == 3
-    assert set(teachers["0"]) == {-1}
-    for generation in (1, 2):
-        parents = run.parents.values[generation]
-        expected = find_teachers(inheriting, GenerationKey(5, 1, generation), parents)
-        actual = teachers[str(generation)]
-        assert actual == (None if expected is None else expected.ravel().tolist())
-        assert teacher != "shuffled" or actual != parents.ravel().tolist()
 
 
 def test_the_packaged_modules_are_current() -> None:

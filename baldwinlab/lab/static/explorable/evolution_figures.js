@@ -1,8 +1,7 @@
 /** Pictures of evolution: a map with a curve, curves of several populations, and the fork. */
 
 import { el, formatNumber } from "../core/common.js";
-import { Figure, formatText } from "./figure.js";
-import { createPlayer, MapView } from "./map_view.js";
+import { createPlayer, Figure, formatText, MapView } from "./figure.js";
 import { LineChart } from "../charts/charts.js";
 import { selectSeriesStyle } from "../charts/chart_series.js";
 import { computeMean } from "../charts/quantiles.js";

@@ -120,8 +120,7 @@ class LivePopulation {
       genome,
       appearance,
     });
-    const key = { seed: this.seed, run, generation };
-    const header = createRecordingHeader(experiment, appearance, recorded, key);
+    const header = createRecordingHeader(experiment, appearance, recorded, generation);
     return new Recording({ header, arrays: recorded.arrays });
   }
 
