@@ -1,4 +1,4 @@
-/** The series of a chart: styles, columns and options of uPlot, legend, and the switch of the runs. */
+/** The series of a chart: styles, columns and options of uPlot, and legend. */
 
 import { palette } from "../core/palette.js";
 import { createButton, el, formatNumber } from "../core/common.js";

@@ -2,7 +2,7 @@
  * The agent inspector: networks, weights and relatives of one agent, synchronized with the player.
  */
 
-import { Ancestors, createRelatives } from "./ancestors.js";
+import { Ancestors, createRelatives } from "./relatives.js";
 import {
   CLOSE_ICON,
   createButton,

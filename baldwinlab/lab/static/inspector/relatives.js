@@ -1,4 +1,4 @@
-/** The relatives of an agent: parents, teachers and children, and the ancestors back to the first generation. */
+/** The relatives of an agent: parents, teachers and children, and all its ancestors. */
 
 import {
   createButton,
