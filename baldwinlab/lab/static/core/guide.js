@@ -1,4 +1,4 @@
-/** The guide: "What is this?", the definition of the Baldwin effect, and its texts for each view. */
+/** The guide: "What is this?", the Baldwin effect, and the texts of each view. */
 
 import { navigate } from "./address.js";
 import { CLOSE_ICON, createButton, createIconButton, el } from "./common.js";

@@ -1,4 +1,4 @@
-/** A picture of the essay: it plays while it is in sight. It can have maps, and dials in its text. */
+/** A picture of the essay, which plays while it is in sight, with its maps and dials. */
 
 import { createButton, el, formatNumber, setText } from "../core/common.js";
 import { WorldView } from "../world/world_view.js";

@@ -1,4 +1,4 @@
-/** Draw the networks of an agent: units by activation, links by weight, and arcs to memory units. */
+/** Draw the networks of an agent: units by activation, links by weight, arcs to memory. */
 
 import { FONT, palette } from "../core/palette.js";
 

@@ -1,4 +1,4 @@
-/** The display of a model without a world: its views (alleles, matrix, path, grid) and their data. */
+/** The display of a model without a world: loads and draws alleles, matrices, paths and grids. */
 
 import { AlleleBars } from "./allele_bars.js";
 import { el, formatNumber, getBinary } from "../core/common.js";

@@ -1,4 +1,4 @@
-/** The bar below the worlds of the World tab: time, display options, help and keyboard shortcuts. */
+/** The bar below the worlds of the World tab: time, options, help and keyboard shortcuts. */
 
 import { createButton, createIcon, createIconButton, createSelect, el } from "../core/common.js";
 import { Legend } from "./legend.js";

@@ -1,4 +1,4 @@
-/** A map outside the World tab: below it are the eaten items, a list of agents, and zoom buttons. */
+/** A map outside the World tab, with the eaten items, a list of agents, and zoom buttons. */
 
 import { createOptions, el, setText } from "../core/common.js";
 import { WorldMap } from "./world_map.js";

@@ -1,4 +1,4 @@
-/** A world on the page: its canvas with zoom, the lifetime that it shows, and the selected agent. */
+/** A world on the page: its canvas with zoom, its lifetime, and the selected agent. */
 
 import { el, setText, Tooltip } from "../core/common.js";
 import { FrameView } from "./frame_view.js";
