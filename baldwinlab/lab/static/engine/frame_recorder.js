@@ -1,4 +1,4 @@
-/** Frames of a world with many agents in the browser, as lab/frames.py. Needs no page. */
+/** Frames of a world with many agents in the browser, as lab/sources/frames.py. Needs no page. */
 
 import { concatenate } from "./simulation.js";
 
@@ -9,7 +9,7 @@ const MAX_SNAPSHOT_BYTES = 64_000_000;
 // Agent-steps between two checks of the time.
 const PIECE_AGENT_STEPS = 1_000_000;
 
-/** One lifetime, simulated up to a step, and its latest snapshots: see lab/world_cursor.py. */
+/** One lifetime, simulated up to a step, and its latest snapshots: see lab/sources/frames.py. */
 export class WorldCursor {
   /** @param {import("./simulation.js").Run} run prepared, with the genomes of the generation */
   constructor(run, generation) {
