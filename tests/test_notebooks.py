@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from scripts.notebooks import NOTEBOOKS, executed, page, paths
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import open_offline_page
 
 # Half a minute each.
 PLAYER = "<iframe sandbox"

@@ -18,7 +18,7 @@ from baldwinlab.cli import COMMANDS
 from baldwinlab.core import variables
 from baldwinlab.experiment import Experiment, registry
 from scripts.site_extension import list_fields
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import open_offline_page
 
 ROOT = Path(__file__).parent.parent
 REFERENCE = "docs/reference"

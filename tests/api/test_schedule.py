@@ -18,11 +18,11 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab.sources import binary_frames
-from baldwinlab.lab.sources.behavior_space import _simulate
+from baldwinlab.lab.sources.frames import WorldCursor
+from baldwinlab.lab.sources.history import _simulate
 from baldwinlab.lab.sources.inspector import inspect_agent
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life
-from baldwinlab.lab.sources.world_cursor import WorldCursor
 from baldwinlab.simulation.reevaluation import make_batch, reevaluate
 from baldwinlab.simulation.replay import replay_genomes
 from baldwinlab.studies.assays.catalog import get_assay, load_assays

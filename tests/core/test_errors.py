@@ -9,9 +9,7 @@ from importlib.util import find_spec
 
 import baldwinlab
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
-
-# This error ends a worker between two generations. It does not reach the caller.
-from baldwinlab.lab.server.response_queue import UnreadResponseError
+from baldwinlab.lab.server.responses import UnreadResponseError
 from baldwinlab.studies.executors import StoppedError
 
 

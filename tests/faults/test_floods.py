@@ -28,8 +28,8 @@ LAB_WITH_SHORT_TIMEOUTS = """
 import sys
 from pathlib import Path
 from baldwinlab.cli.lab import lab
-from baldwinlab.lab.server import live_feed, response_queue
-response_queue.CLIENT_TIMEOUT, live_feed.CLIENT_TIMEOUT = 1.0, 1.0
+from baldwinlab.lab.server import responses
+responses.CLIENT_TIMEOUT = 1.0
 lab(Path(sys.argv[1]), port=0, browser=False)
 """
 

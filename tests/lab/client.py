@@ -13,7 +13,7 @@ from typing import Any, Self
 import httpx
 import numpy.typing as npt
 import pytest
-from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, ViewportSize
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.lab.server.access import make_cookie_name
@@ -111,6 +111,34 @@ class LabServer:
         headers = {"Cookie": self.cookie}
         connection: ClientConnection = connect(address, additional_headers=headers, **options)
         return connection
+
+
+@contextmanager
+def open_offline_page(
+    browser: Browser, height: int, width: int = 1280, script: str = "", **options: Any
+) -> Iterator[tuple[Page, list[str]]]:
+    """Yield a page without a network, and the list of addresses that it requests.
+
+    `script` runs before those of the page. The test fails if the page logs a message or does not
+    catch an error.
+    """
+    size: ViewportSize = {"width": width, "height": height}
+    context = browser.new_context(offline=True, viewport=size, **options)
+    page = context.new_page()
+    page.add_init_script(script)
+    messages = list[str]()
+    requests = list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    yield page, requests
+    context.close()
+    assert not messages
+
+
+def list_remote(requests: Iterable[str]) -> list[str]:
+    """Return the requested addresses that are neither files nor part of a page."""
+    return [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]
 
 
 def wait_until(

@@ -18,14 +18,13 @@ from uvicorn import Server
 import baldwinlab as bl
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
-from baldwinlab.lab.pages.explorable.page import render_explorable
+from baldwinlab.lab.pages.explorable import render_explorable
 from baldwinlab.lab.server.access import Access
 from baldwinlab.lab.server.app import make_app, make_server
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import LabServer
-from tests.lab.essays import open_essay
+from tests.lab.client import LabServer, list_remote, open_offline_page
 from tests.small_studies import make_small_study, shorten_preset
 
 HAWKS = Path(__file__).parent / "hawks.py"
@@ -158,30 +157,12 @@ def remove_hawks() -> None:
             registry.remove(*part)
 
 
-@contextmanager
-def open_offline_page(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
-    """Yield a page without a network, and the list of addresses that it requests.
-
-    The test fails if the page logs a message or does not catch an error.
-    """
-    context = browser.new_context(offline=True, viewport={"width": 1280, "height": height})
-    page = context.new_page()
-    messages = list[str]()
-    requests = list[str]()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
-    page.on("request", lambda request: requests.append(request.url))
-    yield page, requests
-    context.close()
-    assert not messages
-
-
 @pytest.fixture
 def offline_page(browser: Browser) -> Iterator[Page]:
     """Yield a page without a network. The test fails if the page requests a remote address."""
     with open_offline_page(browser, 900) as (page, requests):
         yield page
-    assert not [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]
+    assert list_remote(requests) == []
 
 
 @pytest.fixture
@@ -221,10 +202,3 @@ def essay(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("explorable") / "baldwin.html"
     path.write_bytes(render_explorable())
     return path
-
-
-@pytest.fixture
-def essay_page(browser: Browser, essay: Path) -> Iterator[Page]:
-    """Yield the explorable in a browser without a network."""
-    with open_essay(browser, essay) as opened:
-        yield opened

@@ -12,7 +12,8 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from baldwinlab.lab.pages.explorable.page import RECORDINGS_FILE, STRINGS_FILE
+from baldwinlab.lab.pages.explorable import RECORDINGS_FILE, STRINGS_FILE
+from tests.lab.client import list_remote, open_offline_page
 
 STRINGS = tomllib.loads(STRINGS_FILE.read_text("utf-8"))
 RECORDINGS = json.loads(RECORDINGS_FILE.read_text("utf-8"))
@@ -23,23 +24,11 @@ def open_essay(
     browser: Browser, essay: Path, width: int = 1280, height: int = 900, **options: Any
 ) -> Iterator[Page]:
     """Yield the page without a network. The test fails if it logs a message or makes a request."""
-    script = options.pop("script", "")
     fragment = options.pop("fragment", "")
-    context = browser.new_context(
-        offline=True, viewport={"width": width, "height": height}, **options
-    )
-    page = context.new_page()
-    page.add_init_script(script)
-    messages = list[str]()
-    requests = list[str]()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
-    page.on("request", lambda request: requests.append(request.url))
-    page.goto(essay.as_uri() + fragment)
-    yield page
-    context.close()
-    assert not messages
-    assert not [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]
+    with open_offline_page(browser, height, width, **options) as (page, requests):
+        page.goto(essay.as_uri() + fragment)
+        yield page
+    assert list_remote(requests) == []
 
 
 def show(page: Page, step: str) -> Locator:

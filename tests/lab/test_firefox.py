@@ -11,7 +11,7 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
-from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.lab.pages import explorable
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.lab.pages.notebook_player import format_html
 from baldwinlab.papers import presets
@@ -105,8 +105,8 @@ def test_the_explorable_simulates_in_its_file(browser: Firefox, essay: Path) -> 
     assert browser.evaluate("document.documentElement.scrollWidth") <= 390
     request = {"scene": "learning", "changes": {"evolution.generations": 2}, "run": 1}
     expression = f"window.baldwinlab.simulate({json.dumps(request)}).then(run => [...run.energy])"
-    experiment = scenes.make_scenes()["learning"].replace(evolution={"generations": 2})
-    expected = simulate(experiment, seed=scenes.SEED, run=1).energy.values.ravel().tolist()
+    experiment = explorable.make_scenes()["learning"].replace(evolution={"generations": 2})
+    expected = simulate(experiment, seed=explorable.SEED, run=1).energy.values.ravel().tolist()
     assert browser.evaluate(expression) == expected
 
 

@@ -11,8 +11,7 @@ import pytest
 from websockets.sync.client import ClientConnection
 
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.store import StudyStore
-from tests.lab.client import CLIENT, LabServer, get_json
+from tests.lab.client import CLIENT, LabServer
 from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
 
@@ -87,23 +86,6 @@ def test_simultaneous_and_later_pages_receive_the_same_generations(server: LabSe
     assert np.allclose(best, np.mean(runs, axis=0))
 
 
-def test_a_page_pauses_resumes_stops_and_saves_a_live_run(server: LabServer) -> None:
-    id = start_live_run(server, experiment=shorten_preset().replace(**LONG).to_dict(), seconds=PACE)
-    with connect_page(server, id) as session:
-        n_generations = len(receive_until(session, "running")[0])
-        for command, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
-            session.send(json.dumps({"command": command}))
-            best, states = receive_until(session, state, n_generations)
-            assert states == [state]
-            n_generations += len(best)
-    assert post(server, f"live/{id}/save", {"name": "mine"}) == (201, {"study": "mine"})
-    assert StudyStore(server.root / "mine").runs(shorten_preset().name) == [0, 1]
-    with connect_page(server, id) as session:
-        assert receive(session)["saved_as"] == "mine"
-    status, response = post(server, f"live/{id}/save", {"name": "mine"})
-    assert (status, "exists already" in response["error"]) == (400, True)
-
-
 @pytest.mark.parametrize(
     ("body", "message"),
     [
@@ -138,20 +120,3 @@ def test_an_unknown_command_for_a_live_run_returns_a_message(
         session.send(json.dumps({"command": "explode"}))
         message = receive(session)["message"]
     assert message == "the command of a live run must be pause, resume, stop or pace, not 'explode'"
-
-
-def test_an_unknown_live_run_has_the_state_gone(server: LabServer) -> None:
-    assert post(server, "live/none/save", {"name": "x"})[0] == 404
-    with connect_page(server, "none") as session:
-        assert receive(session)["state"] == "removed"
-
-
-def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
-    id = start_live_run(server)
-    assert id in [run["id"] for run in get_json(server.address, "live")["runs"]]
-    assert post(server, "validate", {"experiment": shorten_preset().to_dict()}) == (
-        200,
-        {"errors": [], "note": ""},
-    )
-    _, response = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
-    assert [error["path"] for error in response["errors"]] == ["motor.noise"]

@@ -114,13 +114,6 @@ def test_the_address_reopens_the_shown_generation(
 
 
 @pytest.mark.nightly
-def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
-    playback = ("play", "on", "speed", "trails", "sight")
-    for control in (*playback, "compare", "agents", "fit", "share", "world-a"):
-        expect(alleles_page.get_by_test_id(control)).to_have_count(0)
-
-
-@pytest.mark.nightly
 def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
     alleles_page: Page, strings_server: LabServer
 ) -> None:

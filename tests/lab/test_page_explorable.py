@@ -1,16 +1,24 @@
-"""Tests of the explorable in a browser: motion, dials, questions, window sizes, print, barriers."""
+"""Tests of the explorable in a browser: its pictures, the reader's own map, and a translation."""
 
 from __future__ import annotations
 
 import re
+import shlex
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
+import tomlkit
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.pages.explorable import scenes
+from baldwinlab.experiment import Experiment, assign
+from baldwinlab.lab.pages import explorable
+from baldwinlab.lab.pages.explorable import STRINGS_FILE, render_explorable
+from baldwinlab.papers import presets
+from baldwinlab.simulation.simulate import simulate
 from tests.axe import find_violations
 from tests.lab.client import draw_frames, read_box
 from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
@@ -26,8 +34,10 @@ READ_PICTURE = "canvas => canvas.toDataURL()"
 
 
 @pytest.fixture
-def page(essay_page: Page) -> Page:
-    return essay_page
+def page(browser: Browser, essay: Path) -> Iterator[Page]:
+    """Yield the explorable in a browser without a network."""
+    with open_essay(browser, essay) as opened:
+        yield opened
 
 
 def test_an_agent_moves_and_eats_without_a_click(browser: Browser, essay: Path) -> None:
@@ -52,7 +62,7 @@ def test_the_line_and_the_points_follow_the_dials(page: Page) -> None:
     period = section.get_by_role("slider", name=STRINGS["dials"]["period"])
     period.focus()
     page.keyboard.press("Home")
-    expect(period).to_have_attribute("aria-valuetext", str(scenes.NEEDLE_PERIODS[0]))
+    expect(period).to_have_attribute("aria-valuetext", str(explorable.NEEDLE_PERIODS[0]))
 
 
 def test_learning_on_and_off_start_equal_and_end_apart(page: Page) -> None:
@@ -107,7 +117,7 @@ def test_without_webassembly_the_page_shows_recorded_runs(browser: Browser, essa
         section = show(page, "both")
         expect(section.locator(".play")).to_have_text("Start again")
         expected = np.mean(
-            [run[scenes.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["learning"]]
+            [run[explorable.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["learning"]]
         )
         assert read_value(section, "learning") == pytest.approx(expected, rel=0.01)
         expect(page.locator("#both input[type=range]").first).to_be_disabled()
@@ -144,3 +154,180 @@ def test_the_printed_page_contains_the_pictures(browser: Browser, essay: Path) -
         for step in ("agent", "evolution", "learning", "both", "controls", "innate"):
             canvas = page.locator(f"#{step} canvas").first
             assert canvas.evaluate(COUNT_PIXELS) > 100, step
+
+
+def make_own_map() -> dict[str, Any]:
+    return {
+        "food": [[300, 400, 80, 240], [40, 120, 400, 500]],
+        "wall": [[250, 270, 100, 140], [600, 640, 0, 640]],
+        "poison": [[420, 500, 80, 240]],
+        "learning": True,
+        "rate": 0.02,
+        "agents": 12,
+        "mutation_rate": 5,
+        "seed": 3,
+    }
+
+
+RUN_MAP = """async settings => {
+  const { applyMap, adaptProgram } = await import("lab/explorable/map_settings.js");
+  const { findProgram } = await import("lab/engine/program_table.js");
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const { WorkerPool } = await import("lab/engine/worker_pool.js");
+  const pool = new WorkerPool(document.getElementById("worker").textContent, []);
+  const experiment = applyMap(data.scenes.map.experiment, settings);
+  experiment.evolution.generations = 3;
+  const program = adaptProgram(findProgram(data.programs, experiment), settings, experiment);
+  const { food_eaten, energy } = await pool.simulate(program, experiment, settings.seed, 0);
+  return [Array.from(food_eaten), Array.from(energy)];
+}"""
+FORMAT_COMMAND = """async settings =>
+  (await import("lab/explorable/map_settings.js")).formatCommand(settings)"""
+
+
+# Python compiles walls and patches, which takes half a minute.
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({"wall": [], "poison": []}, id="food only"),
+        pytest.param({}, id="all shapes", marks=pytest.mark.nightly),
+        pytest.param({"wall": []}, id="no wall", marks=pytest.mark.nightly),
+        pytest.param(
+            {"learning": False, "poison": []}, id="no learning", marks=pytest.mark.nightly
+        ),
+    ],
+)
+def test_the_command_of_a_map_gives_the_same_bits(page: Page, changes: dict[str, Any]) -> None:
+    settings = make_own_map() | changes
+    command = page.evaluate(FORMAT_COMMAND, settings)
+    experiment = parse_command(command).replace(
+        lifetime={"steps": explorable.STEPS}, evolution={"generations": 3}
+    )
+    run = simulate(experiment, seed=3, run=0)
+    eaten, energy = page.evaluate(RUN_MAP, settings)
+    assert energy == run.energy.values.ravel().tolist()
+    assert sum(energy) > 0
+    if not settings["poison"]:
+        assert eaten == run.food_eaten.values.ravel().tolist()
+
+
+def parse_command(command: str) -> Experiment:
+    """Return the experiment of a command `baldwinlab run PRESET ... --set ASSIGNMENTS`."""
+    words = shlex.split(command)
+    assert words[:2] == ["baldwinlab", "run"]
+    experiment = assign(presets.load(words[2]), words[words.index("--set") + 1 :])
+    assert isinstance(experiment, Experiment)
+    return experiment
+
+
+def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
+    with open_essay(browser, essay) as page:
+        section = show(page, "yours")
+        box = read_box(section.locator("canvas").first)
+        section.get_by_label("wall").check()
+        page.mouse.move(box["x"] + box["width"] * 0.4, box["y"] + box["height"] * 0.4)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.6)
+        page.mouse.up()
+        expect(section.locator("pre")).to_contain_text("world.walls.boxes")
+        section.get_by_role("button", name="Run").click()
+        expect(section.locator("figcaption")).to_contain_text("Generation 1")
+        section.get_by_role("button", name=STRINGS["editor"]["link"]).click()
+        fragment = page.evaluate("location.hash")
+        command = section.locator("pre").inner_text()
+    with open_essay(browser, essay, fragment=fragment) as page:
+        expect(page.locator("#yours pre")).to_have_text(command)
+    with open_essay(browser, essay, fragment="#map=damaged") as page:
+        expect(page.locator("#yours")).to_contain_text(STRINGS["editor"]["damaged"])
+
+
+def test_the_keyboard_adds_moves_and_removes_shapes(page: Page) -> None:
+    section = show(page, "yours")
+    section.get_by_label("poison").check()
+    section.get_by_role("button", name="Add poison").press("Enter")
+    section.get_by_text(STRINGS["editor"]["shapes"]).click()
+    poison = section.get_by_role("group", name="poison 1")
+    poison.get_by_label("left").fill("100")
+    poison.get_by_label("left").press("Enter")
+    expect(section.locator("pre")).to_contain_text(
+        "world.patches.patches=[[100,360,280,360,20,-1]]"
+    )
+    poison.get_by_role("button").press("Enter")
+    expect(section.locator("pre")).not_to_contain_text("patches")
+
+
+def test_a_wall_over_the_start_cannot_run(browser: Browser, essay: Path) -> None:
+    settings = make_own_map() | {"wall": [[100, 220, 100, 220]]}
+    with open_essay(browser, essay) as page:
+        encode = "async s => (await import('lab/explorable/map_settings.js')).encodeMap(s)"
+        fragment = "#map=" + page.evaluate(encode, settings)
+    with open_essay(browser, essay, fragment=fragment) as page:
+        section = page.locator("#yours")
+        expect(section).to_contain_text(STRINGS["editor"]["covered"])
+        expect(section.get_by_role("button", name="Run")).to_be_disabled()
+
+
+# Return the visible texts, and the texts for screen readers and of tooltips.
+TEXTS = """() => {
+    const attributes = ["aria-label", "aria-valuetext", "title", "placeholder", "alt"];
+    const elements = [...document.querySelectorAll("body *")];
+    const texts = elements.flatMap(({ childNodes }) => [...childNodes]).filter(node => node.data);
+    // The command is the same in all languages.
+    const readable = texts.filter(node => !node.parentElement.closest("noscript, script, pre"));
+    return [
+        document.title,
+        ...readable.map(({ data }) => data),
+        ...elements.flatMap((element) => attributes.map((name) => element.getAttribute(name))),
+    ].filter(Boolean);
+}"""
+PIECE = re.compile(r"\{\w+\}|[^\W\d_]+")
+
+
+def translate(value: Any) -> Any:
+    """Return strings in which each word is another word. Placeholders and numbers stay."""
+    if isinstance(value, dict):
+        fixed = {"language": "de"} | ({"id": value["id"]} if "id" in value else {})
+        return {key: fixed.get(key, translate(text)) for key, text in value.items()}
+    if isinstance(value, list):
+        return [translate(item) for item in value]
+    if not isinstance(value, str):
+        return value
+    return PIECE.sub(lambda piece: piece[0] if piece[0].startswith("{") else "Ж", value)
+
+
+def write_translation(folder: Path) -> Path:
+    """Write the translated page."""
+    strings = folder / "strings.toml"
+    strings.write_text(tomlkit.dumps(translate(tomllib.loads(STRINGS_FILE.read_text("utf-8")))))
+    page = folder / "baldwin.html"
+    page.write_bytes(render_explorable(strings))
+    return page
+
+
+def list_english_words(page: Page) -> list[str]:
+    words = set(re.findall(r"[A-Za-z]{2,}", "\n".join(page.evaluate(TEXTS))))
+    return sorted(words - {"baldwinlab"})
+
+
+def test_a_translated_file_leaves_no_english_word_or_number(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with open_essay(browser, write_translation(tmp_path)) as page:
+        assert page.evaluate("document.documentElement.lang") == "de"
+        for step in ("evolution", "both", "needle"):
+            section = show(page, step)
+            expect(section.locator("[data-value]").first).not_to_have_text("Ж")
+            section.locator("input[type=radio]").first.check()
+        both = show(page, "both")
+        read_value(both, "generation")
+        # The keyboard selects a run, which a screen reader announces.
+        for key in ("Home", "ArrowUp"):
+            both.locator(".chart-plot").press(key)
+        expect(both.locator(".picture [role=status]")).to_have_text(re.compile(r"Ж, Ж \d, Ж 0: "))
+        # The browser is English.
+        expect(both.locator(".dial-value", has_text="0,01")).to_have_count(1)
+        expect(both.locator(".chart-value").first).to_have_text(re.compile(r"^\d+,\d$"))
+        editor = show(page, "yours")
+        editor.locator("summary").click()
+        editor.get_by_role("button").nth(1).click()
+        assert list_english_words(page) == []

@@ -11,8 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.lab.sources import binary_frames
-from baldwinlab.lab.sources.frames import FrameQuery, Window, make_frames
-from baldwinlab.lab.sources.world_cursor import WorldCursor
+from baldwinlab.lab.sources.frames import FrameQuery, Window, WorldCursor, make_frames
 from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer, read_box
 from tests.lab.conftest import run_server

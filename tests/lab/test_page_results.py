@@ -302,7 +302,7 @@ def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
     page.goto("/#/results")
     values = page.evaluate(
         """async () => {
-            const { computeBoxStatistics } = await import("/charts/box_chart.js");
+            const { computeBoxStatistics } = await import("/charts/svg_charts.js");
             const { chooseTicks } = await import("/core/drawing.js");
             return [
                 computeBoxStatistics([9, 1, 2, 3, 4, 100]),

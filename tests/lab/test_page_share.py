@@ -14,8 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import SMALL, LabServer, get_response, read_box
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import SMALL, LabServer, get_response, open_offline_page, read_box
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
 SECOND_WORLD = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}

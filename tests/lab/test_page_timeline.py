@@ -1,17 +1,18 @@
-"""Tests of time in the World tab: its start, meals, generations and tooltips."""
+"""Tests of time and of the keyboard in the World tab: meals, generations, focus and names."""
 
 from __future__ import annotations
 
 import re
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
 from tests.lab.client import LabServer, get_json, read_box
 from tests.small_studies import shorten_preset
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
+EARLIER_LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"
 
 
 def test_without_a_run_in_the_address_the_typical_run_plays_in_some_seconds(
@@ -81,3 +82,63 @@ def test_tooltips_describe_the_agent_and_the_step_at_the_pointer(page: Page) -> 
         f"step 0: {int(first.eaten.sum())} items eaten"
     )
     expect(page.locator(".stage .tip")).to_be_hidden()
+
+
+def test_keys_in_the_generation_slider_change_the_generation_only(page: Page) -> None:
+    page.goto(f"/#/world?{EARLIER_LIFE}")
+    slider = page.get_by_role("slider", name="Generation")
+    slider.press("ArrowRight")
+    expect(page.get_by_test_id("generation-a")).to_have_value("2")
+    slider.press("Home")
+    expect(page.get_by_test_id("generation-a")).to_have_value("0")
+    expect(page.get_by_test_id("step")).to_have_text("10 / 299")
+    page.get_by_role("slider", name="Step").press("ArrowRight")
+    expect(page.get_by_test_id("step")).to_have_text("11 / 299")
+
+
+def test_the_focus_moves_to_an_opened_agent_and_escape_returns_it(page: Page) -> None:
+    page.goto(f"/#/world?{EARLIER_LIFE}")
+    line = page.get_by_test_id("agent-3")
+    line.press("Enter")
+    inspector = page.get_by_role("region", name="Agent inspector")
+    expect(inspector).to_be_focused()
+    expect(page.get_by_test_id("relatives")).to_contain_text("parents")
+    page.get_by_test_id("parent").first.press("Enter")
+    expect(page.get_by_test_id("generation-a")).to_have_value("0")
+    expect(inspector).to_be_focused()
+    page.keyboard.press("[")
+    page.keyboard.press("Escape")
+    expect(inspector).to_be_hidden()
+    assert page.evaluate("document.activeElement.matches('.agent-line, canvas')")
+
+
+def test_the_button_of_an_agent_has_a_name_and_the_step_is_not_announced(
+    page: Page,
+) -> None:
+    page.goto(f"/#/world?{EARLIER_LIFE}")
+    expect(page.get_by_role("button", name="agent 0, 0 items eaten")).to_be_visible()
+    page.keyboard.press("End")
+    eaten = int(
+        replay(shorten_preset("evo/A"), seed=5, run=1, generation=1).eaten.isel(agent=0).sum()
+    )
+    expect(
+        page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))
+    ).to_be_visible()
+    announcer = page.evaluate(
+        """document.querySelector("[data-testid=step]")
+            .closest("output, [aria-live], [role=status]")"""
+    )
+    assert announcer is None
+
+
+@pytest.mark.nightly
+def test_with_reduced_motion_a_lifetime_starts_with_a_click(
+    browser: Browser, lab_server: LabServer
+) -> None:
+    with lab_server.open_page(browser, reduced_motion="reduce") as page:
+        page.goto("/")
+        expect(page.locator("[data-ready]")).to_have_count(2)
+        expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")
+        expect(page.get_by_test_id("step")).to_have_text("0 / 299")
+        page.get_by_test_id("play").click()
+        expect(page.get_by_test_id("step")).not_to_have_text("0 / 299")

@@ -87,16 +87,6 @@ def test_the_step_stays_when_the_generation_or_the_agent_changes(
     expect(heading).to_have_text("Life, agent 7, generation 1")
 
 
-@pytest.mark.nightly
-def test_generations_play_in_order(cells_page: Page) -> None:
-    cells_page.keyboard.press("g")
-    for generation in range(4):
-        expect(cells_page.get_by_test_id("view-heading")).to_contain_text(
-            f"generation {generation}"
-        )
-    expect(cells_page.get_by_test_id("play-all-a")).to_have_attribute("aria-pressed", "false")
-
-
 def test_a_user_selects_alleles_or_a_view_of_a_model(cells_page: Page) -> None:
     cells_page.get_by_test_id("condition-a").select_option("climbers")
     expect(cells_page.get_by_test_id("alleles-heading")).to_have_text(

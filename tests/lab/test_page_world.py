@@ -99,15 +99,6 @@ def test_keys_change_the_step_the_speed_and_the_generation(page: Page) -> None:
     expect(find(page, "step")).not_to_have_text("0 / 299")
 
 
-@pytest.mark.nightly
-def test_a_lifetime_at_maximum_speed_stops_at_its_last_step(page: Page) -> None:
-    open_world(page)
-    find(page, "speed").select_option("1000")
-    find(page, "play").click()
-    expect_step(page, 299)
-    expect(find(page, "play")).to_have_attribute("data-playing", "false")
-
-
 def test_the_number_of_eaten_items_is_that_of_the_replay(page: Page) -> None:
     eaten = replay(shorten_preset(), seed=5, run=1, generation=2).eaten.cumsum("step")
     for step in (120, 299, 3):

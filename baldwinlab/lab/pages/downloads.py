@@ -9,17 +9,15 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qsl, quote
 
-from baldwinlab._version import __version__
 from baldwinlab.analysis.movie import Scene, write_scenes
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import render_live_page
-from baldwinlab.lab.sources import life_query, study_access
+from baldwinlab.lab.sources import life_query, studies
 from baldwinlab.lab.sources.life_query import Life
-from baldwinlab.lab.sources.query import Query, read_number, read_text
 from baldwinlab.lab.sources.recording import estimate_bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
@@ -50,10 +48,14 @@ class Download(NamedTuple):
 
 
 def make_replay(lab: Lab, query: Query) -> Download:
-    """Return the page that replays the requested lifetimes."""
+    """Return the page that replays the requested lifetimes, without a server.
+
+    A lifetime that is too large for one response is replayed from its beginning.
+    """
     sources = _read_sources(query)
-    page = render_replay_page(lab, sources, read_number(query, "step", 0))
     lifetimes = [life_query.find_life(lab, source) for source in sources]
+    panels = [_make_panel(*panel) for panel in zip(lifetimes, sources, strict=True)]
+    page = single_page.render_replay_page(panels, read_number(query, "step", 0))
     return Download(page, "text/html", f"{_make_file_name(lifetimes)}.html")
 
 
@@ -94,10 +96,10 @@ def make_figure(lab: Lab, query: QueryParams) -> Download:
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish.result_figures import make_figure_file
 
-    study = study_access.find_study(lab, read_text(query, "study"))
+    study = studies.find_study(lab, read_text(query, "study"))
     conditions = query.getlist("condition")
     for condition in conditions:
-        study_access.find_condition(study, condition)
+        studies.find_condition(study, condition)
     name, file_format = read_text(query, "figure"), read_text(query, "format")
     file = make_figure_file(study, name, file_format, conditions)
     return Download(file.content, FIGURE_TYPES[file_format], file.name)
@@ -107,23 +109,6 @@ def _read_sources(query: Query) -> list[dict[str, str]]:
     """Return the queries of the recordings `a` and, if given, `b`."""
     names = ["a", "b"] if "b" in query else ["a"]
     return [dict(parse_qsl(read_text(query, name))) for name in names]
-
-
-def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
-    """Return a page that replays one or two lifetimes without a server.
-
-    A lifetime that is too large for one response is replayed from its beginning.
-    """
-    panels = [_make_panel(life_query.find_life(lab, source), source) for source in sources]
-    title = " and ".join(panel["title"] for panel in panels)
-    replay = {"version": __version__, "step": step, "panels": panels}
-    return single_page.render_page(
-        "replay.html",
-        single_page.REPLAY_MODULE,
-        single_page.REPLAY_STYLES,
-        title=title,
-        replay=replay,
-    )
 
 
 def _make_panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
@@ -205,8 +190,8 @@ def find_report(lab: Lab, name: str) -> Path:
         raise MissingError(f"there is no {name} here")
     # Without a folder, the served folder is the study.
     study_name = match["study"] or "."
-    path = study_access.find_study(lab, study_name).directory / match["file"]
-    study_access.require_inside(lab.root, path)
+    path = studies.find_study(lab, study_name).directory / match["file"]
+    studies.require_inside(lab.root, path)
     if not path.is_file():
         raise MissingError(
             f"the study {study_name} has no {match['file']} yet; run `baldwinlab report`"

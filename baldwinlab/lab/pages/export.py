@@ -14,8 +14,14 @@ from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab.pages import single_page
-from baldwinlab.lab.pages.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
-from baldwinlab.lab.pages.browser_settings import CONTROL, MODULE_SETTINGS, require_browser_settings
+from baldwinlab.lab.pages.browser_form import (
+    CONTROL,
+    FIELD_RULES,
+    MODULE_SETTINGS,
+    list_choosable_parts,
+    make_form_schema,
+    require_browser_settings,
+)
 from baldwinlab.models.miniworld.appearance import describe_appearance, list_topics
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module

@@ -16,7 +16,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from baldwinlab.analysis import palette
-from baldwinlab.lab.pages.explorable.page import render_explorable
+from baldwinlab.lab.pages.explorable import render_explorable
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.lab.pages.single_page import make_environment
 from baldwinlab.papers import presets

@@ -12,7 +12,6 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab._version import __version__
 from baldwinlab.analysis.appearance import has_appearance, read_appearance
 from baldwinlab.api.load import load
 from baldwinlab.core.deferred import xr
@@ -54,17 +53,9 @@ def is_playable(dataset: xr.Dataset) -> bool:
 def _render_frame(trace: xr.Dataset) -> str:
     """Return a frame with the player. Its scripts run, but have no access to the notebook."""
     panel = make_panel(trace)
-    title = panel["title"]
-    replay = {"version": __version__, "step": 0, "panels": [panel]}
-    page = single_page.render_page(
-        "replay.html",
-        single_page.REPLAY_MODULE,
-        single_page.REPLAY_STYLES,
-        title=title,
-        replay=replay,
-    )
+    page = single_page.render_replay_page([panel], 0)
     return (
-        f'<iframe sandbox="allow-scripts" title="{escape(title)}"'
+        f'<iframe sandbox="allow-scripts" title="{escape(panel["title"])}"'
         f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'
     )
 

@@ -6,19 +6,17 @@ import base64
 import posixpath
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from baldwinlab._version import __version__
 from baldwinlab.analysis import palette
 
 STATIC_FOLDER = Path(__file__).parents[1] / "static"
-# The first module and the style sheets of a page that replays lifetimes.
-REPLAY_MODULE = "replay/replay_page.js"
-REPLAY_STYLES = ("base.css", "replay/replay.css")
 _IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
 
 
@@ -39,6 +37,17 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
         styles=palette.lab_css() + style_sheets, modules=modules, **data
     )
     return page.encode()
+
+
+def render_replay_page(panels: Sequence[Mapping[str, Any]], step: int) -> bytes:
+    """Return a page that replays recorded lifetimes from a step, next to each other."""
+    return render_page(
+        "replay.html",
+        "replay/replay_page.js",
+        ("base.css", "replay/replay.css"),
+        title=" and ".join(panel["title"] for panel in panels),
+        replay={"version": __version__, "step": step, "panels": panels},
+    )
 
 
 def make_environment() -> Environment:

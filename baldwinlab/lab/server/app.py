@@ -6,6 +6,7 @@ import logging
 import socket
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
+from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 from typing import Final
@@ -28,7 +29,7 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 from baldwinlab.lab.server.access import Access
 from baldwinlab.lab.server.origin_check import OriginCheck
-from baldwinlab.lab.server.response_queue import ChunkedResponses
+from baldwinlab.lab.server.responses import ChunkedResponses
 from baldwinlab.lab.server.routes import make_routes
 from baldwinlab.lab.sources import live
 from baldwinlab.lab.sources.comparisons import Comparisons
@@ -76,10 +77,8 @@ def make_app(
         ],
         exception_handlers={
             ClientDisconnect: _respond_disconnected,
-            MissingError: _respond_not_found,
-            StudyError: _respond_bad_request,
-            MovieError: _respond_bad_request,
-            ValueError: _respond_bad_request,
+            MissingError: partial(_respond_error, status=HTTPStatus.NOT_FOUND),
+            **dict.fromkeys((StudyError, MovieError, ValueError), _respond_error),
             HTTPException: _respond_http_error,
             Exception: _respond_server_error,
         },
@@ -119,12 +118,10 @@ def _respond_disconnected(request: Request, error: Exception) -> Response:
     return Response(status_code=HTTPStatus.BAD_REQUEST)
 
 
-def _respond_not_found(request: Request, error: Exception) -> JSONResponse:
-    return _make_error_response(str(error), HTTPStatus.NOT_FOUND)
-
-
-def _respond_bad_request(request: Request, error: Exception) -> JSONResponse:
-    return _make_error_response(str(error), HTTPStatus.BAD_REQUEST)
+def _respond_error(
+    request: Request, error: Exception, status: HTTPStatus = HTTPStatus.BAD_REQUEST
+) -> JSONResponse:
+    return _make_error_response(str(error), status)
 
 
 def _respond_http_error(request: Request, error: Exception) -> JSONResponse:

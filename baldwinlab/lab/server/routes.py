@@ -25,10 +25,8 @@ from baldwinlab.core.files import parse_json
 from baldwinlab.lab import Lab
 from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.pages.downloads import Download
-from baldwinlab.lab.server import live_feed
-from baldwinlab.lab.server.response_queue import QueuedResponse
+from baldwinlab.lab.server.responses import QueuedResponse, follow_live_run
 from baldwinlab.lab.sources import (
-    behavior_space,
     comparison_plan,
     experiment_form,
     frames,
@@ -44,7 +42,7 @@ from baldwinlab.lab.sources import (
     views,
 )
 from baldwinlab.lab.sources.comparisons import Comparisons
-from baldwinlab.lab.sources.world_cursor import WorldCursors
+from baldwinlab.lab.sources.frames import WorldCursors
 
 # An experiment has some thousand bytes.
 MAX_BODY_BYTES: Final = 2**20
@@ -113,7 +111,6 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
     return [
         # Studies and results
         get("studies", studies.list_studies),
-        get("experiment", studies.read_experiment, ("study", "condition")),
         load("results", results.load_results, ("study",)),
         load("typical", results.load_typical_run, ("study", "condition")),
         load("results/runs", results.load_run_curves, ("study", "condition", "measure")),
@@ -126,7 +123,7 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
         load("run", history.load_fitness_curve, ("study", "condition", "run")),
         load("ancestors", history.load_ancestors, (*LIFE, "agent")),
         load("lineage", history.load_lineage, (*LIFE, "agent")),
-        load("behavior", behavior_space.load_behavior, (*LIFE, "of")),
+        load("behavior", history.load_behavior, (*LIFE, "of")),
         load_container(
             "alleles",
             views.pack_frequencies,
@@ -176,7 +173,7 @@ def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
         return JSONResponse({"ready": lab.is_engine_ready()})
 
     async def follow(websocket: WebSocket) -> None:
-        await live_feed.follow(websocket, lab.live)
+        await follow_live_run(websocket, lab.live)
 
     return [
         *(endpoint.make_route(lab) for endpoint in list_endpoints(comparisons)),

@@ -18,10 +18,9 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.experiment import validate as read_experiment
 from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, read_body_number
 from baldwinlab.lab.sources.limits import check_comparison, check_comparison_runs
 from baldwinlab.lab.sources.presets import load_preset
-from baldwinlab.lab.sources.query import read_body_number
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers import presets
 from baldwinlab.simulation import memory

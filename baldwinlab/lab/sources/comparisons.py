@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, Query
 from baldwinlab.lab.sources.comparison_plan import WORKERS, ComparisonPlan, make_comparison_plan
 from baldwinlab.lab.sources.live import choose_study_directory
-from baldwinlab.lab.sources.query import Query
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study

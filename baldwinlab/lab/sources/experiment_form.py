@@ -7,12 +7,11 @@ from typing import Any
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, registry, validate
 from baldwinlab.experiment.conditions import Factors
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, Query, read_body_number
 from baldwinlab.lab.sources.freezer import require_usable_founders
 from baldwinlab.lab.sources.limits import check_size
 from baldwinlab.lab.sources.model_displays import describe_species
 from baldwinlab.lab.sources.presets import choose_default_preset, list_presets
-from baldwinlab.lab.sources.query import Query, read_body_number
 from baldwinlab.models.miniworld.appearance import describe_appearance, list_topics
 from baldwinlab.simulation.simulate import check_seed
 
@@ -59,12 +58,8 @@ def _with_part_names(node: Any) -> Any:
 
 
 def describe_presets(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return all presets, the default of the first live run, and the schema of its form."""
-    return {
-        "presets": list_presets(),
-        "default": choose_default_preset(),
-        "schema": make_schema(Experiment),
-    }
+    """Return all presets, and the default of the first live run."""
+    return {"presets": list_presets(), "default": choose_default_preset()}
 
 
 def load_form(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
@@ -76,17 +71,13 @@ def make_form(tree: Any) -> dict[str, Any]:
     """Return the JSON schema of an experiment with its parts, and the complete experiment.
 
     Tables of parts that the experiment does not use are left out. Other tables get their defaults.
-    An invalid experiment is returned unchanged, with its errors and the schema of `Experiment`.
+    An invalid experiment is returned unchanged, with the schema of `Experiment`.
     """
     try:
         experiment = complete_experiment(tree)
     except ExperimentError:
-        return {"schema": make_schema(Experiment), "experiment": tree, "errors": find_errors(tree)}
-    return {
-        "schema": make_schema(type(experiment)),
-        "experiment": experiment.to_dict(),
-        "errors": [],
-    }
+        return {"schema": make_schema(Experiment), "experiment": tree}
+    return {"schema": make_schema(type(experiment)), "experiment": experiment.to_dict()}
 
 
 def complete_experiment(tree: Any) -> BaseExperiment:

@@ -27,11 +27,10 @@ from baldwinlab.evolution import require_founders
 from baldwinlab.evolution.genome_file import describe_layout
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.outcome import name_experiment_outcome
-from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab import Lab, MissingError, Query, read_body_number
 from baldwinlab.lab.sources.life_query import find_life_of_any_model, require_agent
 from baldwinlab.lab.sources.limits import MAX_GENERATION_WORK
-from baldwinlab.lab.sources.query import Query, read_body_number
-from baldwinlab.lab.sources.study_access import require_inside
+from baldwinlab.lab.sources.studies import require_inside
 from baldwinlab.papers import presets
 from baldwinlab.studies.records import StudyError
 

@@ -1,4 +1,9 @@
-"""The history of one run: fitness in each generation, and the relatives of an agent."""
+"""The history of one run: fitness in each generation, innate behavior, and relatives of an agent.
+
+The map of behavior shows the fitness of agents without and with learning, in the same lifetime.
+Each agent is simulated twice from the same birth, with the same food and the same random numbers.
+The fitness with learning off is innate.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +12,13 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.lab import Lab
-from baldwinlab.lab.sources import life_query, study_access
-from baldwinlab.lab.sources.life_query import Life
-from baldwinlab.lab.sources.query import Query, read_number
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.outcome import name_experiment_outcome
+from baldwinlab.lab import Lab, Query, read_number
+from baldwinlab.lab.sources import life_query, studies
+from baldwinlab.lab.sources.life_query import Life, find_life_of_any_model
+from baldwinlab.lab.sources.limits import MAX_GENERATION_WORK
+from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.descent import (
     Parents,
     list_ancestors,
@@ -51,7 +59,7 @@ def load_fitness_curve(lab: Lab, query: Query) -> dict[str, Any]:
     # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
 
-    study, experiment, run = study_access.find_run(lab, query)
+    study, experiment, run = studies.find_run(lab, query)
     record = study.read(experiment.name, run, genomes=False)
     fitness = gain(record)
     return {
@@ -96,7 +104,7 @@ def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     experiment = life.experiment
     _, run, generation = life.key
     if "study" in query:
-        study = study_access.find_study(lab, query["study"])
+        study = studies.find_study(lab, query["study"])
         record = study.read(experiment.name, run, genomes=False)
         return record.parents.values, record.food_eaten.values
     if "live" in query:
@@ -155,3 +163,88 @@ def _list_siblings(parents: Parents, agent: int) -> list[int]:
     order = np.argsort(-n_shared, kind="stable")
     siblings: list[int] = order[n_shared[order] > 0].tolist()
     return siblings
+
+
+# The number of generations whose means are measured.
+MAX_GENERATIONS: Final = 21
+SIMULATIONS_PER_GENERATION: Final = 2
+
+Energy = npt.NDArray[np.float64]
+
+
+def load_behavior(lab: Lab, query: Query) -> bytes:
+    """Return the fitness without and with learning as JSON: of agents, or of generations."""
+    life = find_life_of_any_model(lab, query)
+    require_measurable(life.experiment)
+    measure = measure_generations if query.get("of") == "generations" else measure_agents
+
+    def make() -> dict[str, Any]:
+        return {"outcome": name_experiment_outcome(life.experiment)} | measure(lab, query, life)
+
+    return lab.cache.get_json(("behavior", measure.__name__, life.experiment, life.key), make)
+
+
+def require_measurable(experiment: BaseExperiment) -> None:
+    """Raise ValueError if agents cannot be simulated with and without learning in a request."""
+    if not experiment.learns:
+        raise ValueError(
+            f"the agents of {experiment.name} do not learn; choose a condition that learns"
+        )
+    if experiment.population.species or experiment.births_in_life:
+        raise ValueError(
+            f"{experiment.name} has several species or births during life, so its agents cannot be"
+            " simulated again one generation at a time"
+        )
+    if _estimate_work(experiment) > MAX_GENERATION_WORK:
+        raise ValueError(f"{experiment.name} is too large; use `baldwinlab assay --assays innate`")
+
+
+def _estimate_work(experiment: BaseExperiment) -> int:
+    return SIMULATIONS_PER_GENERATION * experiment.agent_steps * experiment.weight_count
+
+
+def measure_agents(lab: Lab, query: Query, life: Life) -> dict[str, Any]:
+    """Return the fitness of each agent of a generation without (`innate`) and with learning."""
+    innate, learned = _simulate(life)
+    return {
+        "agents": list(range(len(innate))),
+        "innate": innate.tolist(),
+        "learned": learned.tolist(),
+    }
+
+
+def measure_generations(lab: Lab, query: Query, life: Life) -> dict[str, Any]:
+    """Return the means of equally spaced generations up to that of a lifetime, and their numbers.
+
+    A run that is not stored has the last generation only, because the others are not in memory.
+    """
+    last_generation = life.key.generation
+    limit = min(MAX_GENERATIONS, MAX_GENERATION_WORK // _estimate_work(life.experiment))
+    is_stored = "study" in query or "live" in query
+    n_generations = min(limit, last_generation + 1) if is_stored else 1
+    generations = np.unique(
+        np.linspace(last_generation if n_generations == 1 else 0, last_generation, n_generations)
+        .round()
+        .astype(int)
+    ).tolist()
+    innate_means = []
+    learned_means = []
+    for generation in generations:
+        query_of_generation = {**query, "generation": str(generation)}
+        innate, learned = _simulate(find_life_of_any_model(lab, query_of_generation))
+        innate_means.append(float(innate.mean()))
+        learned_means.append(float(learned.mean()))
+    return {"generations": generations, "innate": innate_means, "learned": learned_means}
+
+
+def _simulate(life: Life) -> tuple[Energy, Energy]:
+    """Return the fitness [agent] without and with learning."""
+    seed, run, generation = life.key
+    genomes = life.load_start_data().genomes[None]
+    # Without a schedule, which could switch learning on again.
+    innate_settings = life.experiment.at(generation).without_learning()
+    innate, learned = (
+        reevaluate(settings, seed, [run], generation, genomes).energy[0]
+        for settings in (innate_settings, life.experiment)
+    )
+    return innate, learned

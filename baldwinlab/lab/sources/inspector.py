@@ -15,7 +15,7 @@ from baldwinlab.evolution import (
     selects_by_lifetimes,
 )
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, Query, read_number
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.life_query import (
     MAX_RESPONSE_BYTES,
@@ -25,7 +25,6 @@ from baldwinlab.lab.sources.life_query import (
     load_container,
     require_agent,
 )
-from baldwinlab.lab.sources.query import Query, read_number
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch, PopulationView
 from baldwinlab.models.miniworld.backends.species import SpeciesView

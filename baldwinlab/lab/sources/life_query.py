@@ -11,10 +11,9 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.species import SpeciesIndices
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.sources import study_access
+from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
+from baldwinlab.lab.sources import studies
 from baldwinlab.lab.sources.presets import load_preset
-from baldwinlab.lab.sources.query import Query, read_number, read_text
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import restore_genomes
 from baldwinlab.simulation.replay import (
@@ -155,7 +154,7 @@ def find_life_of_any_model(lab: Lab, query: Query) -> Life:
 
 
 def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
-    study, experiment, run = study_access.find_run(lab, query)
+    study, experiment, run = studies.find_run(lab, query)
     study.require_parts(experiment.name)
     require_generation(experiment, generation)
 

@@ -13,13 +13,11 @@ from baldwinlab.core.names import find_name_fault
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_experiment_measures
-from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab import Lab, MissingError, Query, read_body_number, release_memory
 from baldwinlab.lab.sources.freezer import require_usable_founders
 from baldwinlab.lab.sources.limits import check_size, estimate_memory
 from baldwinlab.lab.sources.live_run import LiveRun, read_seconds
-from baldwinlab.lab.sources.memory import release_memory
 from baldwinlab.lab.sources.model_displays import describe_species, read_alleles
-from baldwinlab.lab.sources.query import Query, read_body_number
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study

@@ -11,10 +11,9 @@ from typing import Any, Final
 from baldwinlab import papers
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.sources import model_displays, study_access
+from baldwinlab.lab import Lab, MissingError, Query, read_text
+from baldwinlab.lab.sources import model_displays, studies
 from baldwinlab.lab.sources.limits import check_size
-from baldwinlab.lab.sources.query import Query, read_text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.paper import CARD_FILE
@@ -67,9 +66,9 @@ def _find_paper_studies(lab: Lab) -> Studies:
 
 def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
     """Yield all readable studies. The list of studies reports the errors of unreadable ones."""
-    for name in study_access.list_study_names(lab.root):
+    for name in studies.list_study_names(lab.root):
         try:
-            yield name, study_access.find_study(lab, name)
+            yield name, studies.find_study(lab, name)
         except StudyError:
             continue
 
@@ -89,7 +88,7 @@ def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
     """Return the user's paper that a study contains."""
     paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
-        study_access.require_inside(lab.root, path)
+        studies.require_inside(lab.root, path)
     # Reading the claims and the card checks them. The paper caches them.
     paper.claims  # noqa: B018
     paper.card  # noqa: B018
@@ -172,7 +171,7 @@ def _count_live_runs(experiment: BaseExperiment) -> int:
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, int]], str | None]:
     """Return the number of claims by kind and verdict, or an error if the claims are not valid."""
     try:
-        study_access.require_inside(lab.root, study.directory / CLAIMS_FILE)
+        studies.require_inside(lab.root, study.directory / CLAIMS_FILE)
         # Older files have no kind.
         counts = Counter((claim.get("kind", ""), claim["verdict"]) for claim in read_claims(study))
     except StudyError as error:

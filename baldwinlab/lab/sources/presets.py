@@ -11,8 +11,7 @@ from baldwinlab import papers
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment, Experiment, registry
 from baldwinlab.experiment.conditions import Factors
-from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.sources.query import Query, read_text
+from baldwinlab.lab import Lab, MissingError, Query, read_text
 from baldwinlab.papers import presets
 
 _LOADING = Lock()

@@ -11,11 +11,10 @@ import numpy.typing as npt
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import combine_inputs
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, Query
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.experiment_form import describe_world
 from baldwinlab.lab.sources.life_query import Life, Span, load_container
-from baldwinlab.lab.sources.query import Query
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.species import make_species_batch

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.sources.query import Query, read_text
-from baldwinlab.lab.sources.study_access import (
+from baldwinlab.lab import Lab, MissingError, Query, read_text
+from baldwinlab.lab.sources.studies import (
     find_requested_condition,
     find_study,
     read_versions,

@@ -1,30 +1,122 @@
-"""The stored studies: their conditions, runs and experiments, and the parts that they miss.
+"""The studies in the folder of a lab: access, and summaries of their conditions, runs and parts.
 
-The results of a study whose parts are not loaded can be read. Its lifetimes cannot be simulated.
+Paths outside the folder are rejected. The results of a study whose parts are not loaded can be
+read. Its lifetimes cannot be simulated.
 """
 
 from __future__ import annotations
 
+import os
 import shlex
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.core.errors import BaldwinLabError, PartError
 from baldwinlab.core.files import quote_path
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.lab import Lab
+from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.sources.model_displays import read_alleles, read_views
-from baldwinlab.lab.sources.query import Query
-from baldwinlab.lab.sources.study_access import (
-    find_requested_condition,
-    find_study,
-    list_study_names,
-    require_inside,
-)
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import PartRecord, stored_source
 from baldwinlab.studies.sweeps import design as sweeps
+
+MAX_CACHED_STUDIES: Final = 16
+
+
+def list_study_names(root: Path) -> Iterator[str]:
+    """Yield the paths of all studies in a folder, relative to it. "." is the folder itself.
+
+    Links to folders are not followed.
+    """
+    for folder, subfolders, files in os.walk(root):
+        if "study.toml" in files:
+            yield Path(folder).relative_to(root).as_posix()
+        # `os.walk` visits the folders that remain in this list, in this order.
+        subfolders[:] = sorted(
+            name for name in subfolders if name != "runs" and not name.startswith(".")
+        )
+
+
+def find_study(lab: Lab, name: str) -> StudyStore:
+    """Return the study of this name."""
+    path = lab.root / name / "study.toml"
+    try:
+        modification_time = path.stat().st_mtime_ns
+    except (OSError, ValueError):
+        # ValueError: the name is not valid for a file.
+        raise MissingError(f"there is no study {name!r} in {lab.root}") from None
+    for read_path in (path.parent, path, path.parent / "runs"):
+        require_inside(lab.root, read_path)
+    return _open_study(lab.root, path.parent.resolve(), modification_time)
+
+
+@lru_cache(maxsize=MAX_CACHED_STUDIES)
+def _open_study(root: Path, directory: Path, modification_time: int) -> StudyStore:
+    """Open a study and cache it until the modification time of `study.toml` changes.
+
+    A study of thousands of conditions takes seconds to open.
+    """
+    try:
+        study = StudyStore(directory)
+    except (TypeError, ValueError) as error:
+        # The file is valid TOML, but not a study.
+        raise StudyError(f"{directory} cannot be read: {error}") from None
+    for name in study.experiments:
+        require_inside(root, directory / "runs" / name)
+    return study
+
+
+def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], ...]:
+    """Return the existing paths with their modification times, in nanoseconds."""
+    paths = tuple(paths)
+    for path in paths:
+        require_inside(root, path)
+    return tuple((path, path.stat().st_mtime_ns) for path in paths if path.exists())
+
+
+def require_inside(root: Path, path: Path) -> None:
+    """Raise StudyError if a path, after resolving links, is outside the served folder."""
+    if not path.resolve().is_relative_to(root):
+        raise StudyError(f"{path} is outside {root}, the folder of this lab")
+
+
+def find_condition(study: StudyStore, name: str) -> Experiment:
+    """Return a condition of a study. Raise MissingError if it does not exist."""
+    try:
+        return study.experiment(name)
+    except StudyError as error:
+        raise MissingError(str(error)) from None
+
+
+def find_requested_condition(lab: Lab, query: Query) -> tuple[StudyStore, Experiment]:
+    """Return the study and the condition that a query names."""
+    study = find_study(lab, read_text(query, "study"))
+    return study, find_condition(study, read_text(query, "condition"))
+
+
+def find_run(lab: Lab, query: Query) -> tuple[StudyStore, Experiment, int]:
+    """Return the study, the condition and the number of the stored run that a query names."""
+    study, condition = find_requested_condition(lab, query)
+    run = read_number(query, "run")
+    require_run(lab, study, condition.name, run)
+    return study, condition, run
+
+
+def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
+    """Raise MissingError if a run is not stored."""
+    runs = study.runs(name)
+    if run not in runs:
+        stored_runs = "no run is stored yet"
+        if runs:
+            stored_runs = f"{len(runs)} runs are stored, from {runs[0]} to {runs[-1]}"
+        raise MissingError(f"{study.location} has no run {run} of {name}; {stored_runs}")
+    require_inside(lab.root, study.path(name, run))
+
 
 # Placeholder of a file whose path only the user knows.
 UNKNOWN_FILE: Final = "FILE"
@@ -33,13 +125,6 @@ UNKNOWN_FILE: Final = "FILE"
 def list_studies(lab: Lab, query: Query) -> dict[str, Any]:
     """Return the summaries of all studies."""
     return {"studies": [summarize(lab, name) for name in list_study_names(lab.root)]}
-
-
-def read_experiment(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return the settings of a condition."""
-    _, condition = find_requested_condition(lab, query)
-    settings: dict[str, Any] = condition.to_dict()
-    return settings
 
 
 def summarize(lab: Lab, name: str) -> dict[str, Any]:

@@ -11,11 +11,10 @@ import numpy.typing as npt
 from baldwinlab.core.names import did_you_mean
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.sources import binary_frames, life_query, model_displays
 from baldwinlab.lab.sources.life_query import MAX_RESPONSE_BYTES
-from baldwinlab.lab.sources.query import Query, read_number, read_text
-from baldwinlab.lab.sources.study_access import find_run
+from baldwinlab.lab.sources.studies import find_run
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
 from baldwinlab.simulation.reevaluation import iterate_genomes, restore_genomes
 from baldwinlab.simulation.replay import recompute_genomes

@@ -7,11 +7,9 @@ import {
   readAddress,
   setCurrentView,
 } from "./core/address.js";
-import { el, getJSON, showUnhandledErrors } from "./core/common.js";
-import { Guide } from "./core/guide.js";
-import { watchServer } from "./core/heartbeat.js";
+import { el, getJSON, showConnection, showUnhandledErrors } from "./core/common.js";
+import { Guide, LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/guide.js";
 import { PRESETS } from "./core/sources.js";
-import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/topics.js";
 
 const VIEWS = {
   papers: { title: "Papers", load: () => import("./papers/view_papers.js"), summary: PAPERS },
@@ -48,6 +46,10 @@ let shown = null;
 // Milliseconds between two requests of the engine's state.
 const ENGINE_INTERVAL = 500;
 let isEngineReady = false;
+// Milliseconds between two requests of any answer, and until a missing answer is reported.
+const ANSWER_INTERVAL = 2000;
+const MAX_ANSWER_TIME = 3000;
+const NO_ANSWER = "The lab has not answered for 3 seconds. The page continues when it answers.";
 // Waits until the scroll position can be restored.
 let scrollObserver = null;
 
@@ -142,6 +144,30 @@ function restoreScroll(top) {
   for (const act of ["wheel", "pointerdown", "keydown"])
     root.addEventListener(act, () => observer.disconnect(), { once: true });
   scrollObserver = observer;
+}
+
+/**
+ * Request an answer again and again, and show a banner while there is none. A server that is
+ * suspended keeps its connections and does not answer.
+ */
+async function watchServer() {
+  for (;;) {
+    // A hidden page shows no banner.
+    if (!document.hidden) await requestAnswer();
+    await new Promise((resolve) => setTimeout(resolve, ANSWER_INTERVAL));
+  }
+}
+
+/** Wait for an answer. The banner disappears with the first answer to any request. */
+async function requestAnswer() {
+  const timer = setTimeout(() => showConnection(false, NO_ANSWER), MAX_ANSWER_TIME);
+  try {
+    await getJSON("api/engine");
+  } catch {
+    // The banner shows errors of access. Other errors are answers.
+  } finally {
+    clearTimeout(timer);
+  }
 }
 
 addEventListener("hashchange", show);

@@ -24,7 +24,7 @@ from baldwinlab.analysis.report.data import find_typical_lives, make_link
 from baldwinlab.analysis.report.sections import render
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
-from baldwinlab.lab.pages import downloads, single_page
+from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.server.routes import REPORT_POLICY
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.simulation.replay import replay
@@ -94,24 +94,6 @@ def test_a_shared_page_references_no_external_file(lab_server: LabServer) -> Non
     page = share_page(lab_server, a=LIFE)
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
     assert "default-src 'none'" in page
-
-
-def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    modules = single_page.collect_modules(single_page.REPLAY_MODULE)
-    assert {
-        "lab/replay/replay_page.js",
-        "lab/world/world_view.js",
-        "lab/world/recording.js",
-        "lab/world/player.js",
-    } <= set(modules)
-    for name, code in modules.items():
-        imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
-        assert set(imported) <= set(modules), name
-        statements = [
-            line for line in code.splitlines() if not line.lstrip().startswith(("*", "/*"))
-        ]
-        # Static imports only: downloads.py does not detect dynamic ones.
-        assert not any("import(" in line for line in statements), name
 
 
 def test_the_commands_on_a_shared_page_reproduce_the_lifetime(

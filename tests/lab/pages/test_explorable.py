@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.analysis.theory.needle import balance_of_unset
 from baldwinlab.experiment import assign
-from baldwinlab.lab.pages.explorable import scenes
-from baldwinlab.lab.pages.explorable.page import MAX_PAGE_BYTES
+from baldwinlab.lab.pages import explorable
 from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
-from tests.lab.essays import RECORDINGS, STRINGS, drag, read_value, show
+from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
 
 STEPS = [step["id"] for step in STRINGS["steps"]]
 MAX_WORDS = 120
@@ -29,15 +29,17 @@ SIMULATE = """async request => {
 
 
 @pytest.fixture
-def page(essay_page: Page) -> Page:
-    return essay_page
+def page(browser: Browser, essay: Path) -> Iterator[Page]:
+    """Yield the explorable in a browser without a network."""
+    with open_essay(browser, essay) as opened:
+        yield opened
 
 
 def test_the_command_writes_one_small_file(command: Command, tmp_path: Path) -> None:
     out = tmp_path / "baldwin.html"
     assert command(*EXPORT, str(out)).code == 0
     page = out.read_text("utf-8")
-    assert len(page.encode()) <= MAX_PAGE_BYTES
+    assert len(page.encode()) <= explorable.MAX_PAGE_BYTES
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
     out.write_text("mine", "utf-8")
     refused = command(*EXPORT, str(out))
@@ -60,10 +62,12 @@ def test_a_step_is_short_and_has_a_question(step: dict[str, Any]) -> None:
 
 
 def test_the_texts_about_the_runs_are_true() -> None:
-    last = slice(scenes.FORK_GENERATION - scenes.LAST_GENERATIONS, scenes.FORK_GENERATION)
+    last = slice(
+        explorable.FORK_GENERATION - explorable.LAST_GENERATIONS, explorable.FORK_GENERATION
+    )
     curves = {name: np.array(runs) for name, runs in RECORDINGS["curves"].items()}
     means = {name: curve[:, last].mean(axis=1) for name, curve in curves.items()}
-    assert all(len(runs) == scenes.RUNS for runs in means.values())
+    assert all(len(runs) == explorable.RUNS for runs in means.values())
     # Step 4: learners are ahead in each of the runs, and in the mean after a few generations.
     assert (means["learning"] > 2 * means["alone"]).all()
     assert (curves["learning"].mean(axis=0) > curves["alone"].mean(axis=0))[5:].all()
@@ -72,9 +76,9 @@ def test_the_texts_about_the_runs_are_true() -> None:
         assert means["alone"].mean() < means[control].mean() < means["learning"].mean()
     assert sum(means["yoked"] > 0.8 * means["learning"].min()) == 2
     # Step 6: the skill disappears at the fork and does not return.
-    forked = curves["forked"][:, scenes.FORK_GENERATION :]
+    forked = curves["forked"][:, explorable.FORK_GENERATION :]
     assert (forked < means["learning"][:, None] / 2).all()
-    assert forked[:, -scenes.LAST_GENERATIONS :].mean() < means["alone"].mean()
+    assert forked[:, -explorable.LAST_GENERATIONS :].mean() < means["alone"].mean()
 
 
 def test_the_texts_about_the_needle_are_true() -> None:
@@ -83,15 +87,18 @@ def test_the_texts_about_the_needle_are_true() -> None:
     assert (np.diff(shares[:, [0, -1]], axis=1) < 0).all(), "more stays open if the target changes"
     assert (np.diff(shares[[0, -1]], axis=0) < 0).all(), "less stays open if guesses cost more"
     theory = [
-        [balance_of_unset(cost_of_trials=cost, period=period) for period in scenes.NEEDLE_PERIODS]
-        for cost in scenes.NEEDLE_COSTS
+        [
+            balance_of_unset(cost_of_trials=cost, period=period)
+            for period in explorable.NEEDLE_PERIODS
+        ]
+        for cost in explorable.NEEDLE_COSTS
     ]
     assert np.abs(shares - theory).max() < 0.1
     assert np.abs(shares - theory).mean() < 0.04
 
 
 def test_a_recorded_curve_is_that_of_the_engine() -> None:
-    run = simulate(scenes.make_scenes()["alone"], seed=scenes.SEED, run=1)
+    run = simulate(explorable.make_scenes()["alone"], seed=explorable.SEED, run=1)
     recorded = RECORDINGS["curves"]["alone"][1]
     assert run.food_eaten.mean("agent").values.tolist() == recorded
 
@@ -108,9 +115,9 @@ def test_all_recordings_are_those_of_the_engine() -> None:
 def test_a_live_run_is_bit_identical_to_python(page: Page, scene: str) -> None:
     changes = {"evolution.generations": 3, "lifetime.steps": 400}
     experiment = assign(
-        scenes.make_scenes()[scene], [f"{path}={value}" for path, value in changes.items()]
+        explorable.make_scenes()[scene], [f"{path}={value}" for path, value in changes.items()]
     )
-    run = simulate(experiment, seed=scenes.SEED, run=2)
+    run = simulate(experiment, seed=explorable.SEED, run=2)
     food, genome = page.evaluate(SIMULATE, {"scene": scene, "changes": changes, "run": 2})
     assert food == run.food_eaten.values.ravel().tolist()
     assert sum(food) > 0
@@ -122,7 +129,7 @@ def test_the_curves_are_those_of_the_engine(page: Page) -> None:
     section = show(page, "both")
     drag(section, "runs", 1)
     expect(section.locator(".play")).to_have_text("Start again")
-    last = scenes.FORK_GENERATION - 1
+    last = explorable.FORK_GENERATION - 1
     for name in ("alone", "learning"):
         expected = RECORDINGS["curves"][name][0][last]
         assert read_value(section, name) == pytest.approx(expected, rel=0.01)
@@ -145,11 +152,11 @@ FORK = """async ({ changes, generations, fork }) => {
 def test_a_fork_is_that_of_a_schedule(page: Page) -> None:
     changes = {"evolution.generations": 6, "lifetime.steps": 400}
     experiment = assign(
-        scenes.make_scenes()["learning"], [f"{path}={value}" for path, value in changes.items()]
+        explorable.make_scenes()["learning"], [f"{path}={value}" for path, value in changes.items()]
     ).replace(schedule=[{"generation": 3, "learning.rate": 0.0}])
     means = page.evaluate(FORK, {"changes": changes, "generations": 6, "fork": 3})
     for run in range(2):
-        dataset = simulate(experiment, seed=scenes.SEED, run=run)
+        dataset = simulate(experiment, seed=explorable.SEED, run=run)
         expected = dataset.food_eaten.mean("agent").values.tolist()
         assert [values[run] for values in means] == expected
 
@@ -160,9 +167,9 @@ def test_the_picture_of_the_fork_shows_the_values_of_the_engine(page: Page) -> N
     expect(section.locator(".play")).to_have_text("Start again")
     forked = np.array(RECORDINGS["curves"]["forked"]).mean(axis=0)
     expected = {
-        "before": forked[scenes.FORK_GENERATION - 1],
-        "after": forked[scenes.FORK_GENERATION],
-        "learning": forked[-scenes.LAST_GENERATIONS :].mean(),
+        "before": forked[explorable.FORK_GENERATION - 1],
+        "after": forked[explorable.FORK_GENERATION],
+        "learning": forked[-explorable.LAST_GENERATIONS :].mean(),
     }
     for name, value in expected.items():
         assert read_value(section, name) == pytest.approx(value, rel=0.01)
@@ -181,7 +188,7 @@ THEORY_CASES = (
 
 def test_the_theory_in_the_page_is_that_of_python(page: Page) -> None:
     compute = """async settings => {
-      const { computeBalance } = await import("lab/explorable/needle_theory.js");
+      const { computeBalance } = await import("lab/explorable/needle_figure.js");
       return settings.map(computeBalance);
     }"""
     settings = [dict(zip(THEORY_SETTINGS, case, strict=True)) for case in THEORY_CASES]

@@ -17,9 +17,7 @@ import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
-from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
-from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import collect_page_data, render_live_page
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import (
@@ -38,16 +36,6 @@ from tests.small_studies import make_small_study, shorten_preset
 from tests.worlds import make_predation
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "parts"
-LIST_TEACHERS = """(program, experiment) => {
-  const run = new Run(program, experiment, 5, 1);
-  const teachers = {};
-  for (let generation = 0; generation < run.generations; generation++) {
-    teachers[generation] = run.teachers && Array.from(run.teachers);
-    run.simulateNext();
-  }
-  return teachers;
-}"""
-
 DIVERGE = """(program, experiment) => {
   const run = new Run(program, experiment, 5, 1);
   const genome = run.startNext();
@@ -86,23 +74,6 @@ def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: P
     )
 
 
-@pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
-def test_the_teachers_in_node_are_those_in_python(tmp_path: Path, teacher: str) -> None:
-    experiment = shorten_preset().replace(learning={"teacher": teacher})
-    inheriting = experiment.replace(evolution={"inheritance": "social-heredity"})
-    module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
-    teachers = evaluate_in_node(tmp_path, experiment, module, LIST_TEACHERS)
-    run = simulate(experiment, seed=5, run=1)
-    assert len(teachers) == 3
-    assert set(teachers["0"]) == {-1}
-    for generation in (1, 2):
-        parents = run.parents.values[generation]
-        expected = find_teachers(inheriting, GenerationKey(5, 1, generation), parents)
-        actual = teachers[str(generation)]
-        assert actual == (None if expected is None else expected.ravel().tolist())
-        assert teacher != "shuffled" or actual != parents.ravel().tolist()
-
-
 def test_the_packaged_modules_are_current() -> None:
     stored = json.loads(FINGERPRINTS.read_text())
     if ".".join(platform.python_version_tuple()[:2]) != stored["python"]:
@@ -123,14 +94,6 @@ def test_a_page_is_small_and_references_no_external_file() -> None:
     page = render_live_page([load("evo+self-taught/A"), load("evo/A")])
     assert len(page) < 2_000_000
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.decode())
-
-
-def test_a_page_contains_every_module_that_it_imports() -> None:
-    modules = single_page.collect_modules("engine/live_page.js")
-    for name, code in modules.items():
-        assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(modules), (
-            name
-        )
 
 
 def test_a_study_is_exported_with_its_conditions_and_its_seed(

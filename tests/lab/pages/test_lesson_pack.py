@@ -12,12 +12,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.pages.explorable import scenes
-from baldwinlab.lab.pages.explorable.page import STRINGS_FILE
+from baldwinlab.lab.pages import explorable
 from baldwinlab.lab.pages.lesson_pack import LECTURER_TEXTS, LESSONS, find_texts, render_lesson_pack
 from tests.axe import find_violations
 from tests.commands import Command
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import open_offline_page
 
 TUTORIAL = find_texts().parent / "tutorials" / "lesson.md"
 LESSON_TEXTS = [find_texts() / f"{name}.md" for name in LESSONS]
@@ -107,13 +106,13 @@ def test_each_label_of_lesson_4_is_in_its_pages(laboratory: Page, pack: Path) ->
 
 
 def test_each_number_of_a_worksheet_can_be_set_in_its_step() -> None:
-    strings = tomllib.loads(STRINGS_FILE.read_text("utf-8"))
+    strings = tomllib.loads(explorable.STRINGS_FILE.read_text("utf-8"))
     rows = [row for path in LESSON_TEXTS for row in DIAL_ROW.finditer(path.read_text("utf-8"))]
     assert len(rows) == 6
     names = {label.lower(): name for name, label in strings["dials"].items()}
     for row in rows:
         name = next(name for label, name in names.items() if label.startswith(row["name"]))
-        dial = scenes.DIALS[name]
+        dial = explorable.DIALS[name]
         steps = (float(row["value"]) - dial.minimum) / dial.step
         assert dial.minimum <= float(row["value"]) <= dial.maximum, row[0]
         assert steps == pytest.approx(round(steps)), row[0]

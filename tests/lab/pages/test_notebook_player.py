@@ -19,7 +19,7 @@ from baldwinlab.lab.sources.binary_frames import unpack
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay
-from tests.lab.conftest import open_offline_page
+from tests.lab.client import open_offline_page
 from tests.small_studies import shorten_preset
 from tests.worlds import make_predation
 

@@ -1,14 +1,18 @@
-"""Tests of the server: allowed requests, and the files that it reads."""
+"""Tests of the server: allowed requests, the files that it reads, and its start."""
 
 from __future__ import annotations
 
 import shutil
 import socket
+import subprocess
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import pytest
+from playwright.sync_api import Browser, expect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
@@ -16,7 +20,7 @@ from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
 from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json, get_response
 from tests.lab.conftest import run_server
-from tests.small_studies import shorten_preset
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def send_request(server: LabServer, lines: str) -> tuple[int, str]:
@@ -164,7 +168,7 @@ def test_a_study_outside_the_folder_is_rejected(restricted_root: Path, study: st
         for path, query in (
             ("recording", SMALL),
             ("results", {}),
-            ("experiment", {"condition": condition}),
+            ("typical", {"condition": condition}),
         ):
             response = get_response(server.address, path, **(query | {"study": name}))
             assert response.status_code == 400
@@ -240,3 +244,35 @@ def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
         (thread,) = [thread for thread in threading.enumerate() if thread.name == name]
     thread.join(30)
     assert not thread.is_alive()
+
+
+def test_the_server_does_not_import_the_libraries_of_reports() -> None:
+    code = "import baldwinlab.lab.server.app, sys; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not {"scipy.stats", "matplotlib"} & set(loaded)
+
+
+@pytest.mark.parametrize("view", ["world", "live"])
+def test_a_view_that_simulates_waits_for_the_engine(
+    browser: Browser, tmp_path: Path, view: str
+) -> None:
+    make_small_study(tmp_path / "small", runs=1)
+    compiled = Event()
+    with run_server(tmp_path, compiled.is_set) as server:
+        page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
+        page.goto(f"/#/{view}")
+        line = page.get_by_text("The lab is starting")
+        expect(line).to_be_visible()
+        # Results need no engine.
+        page.get_by_test_id("tab-results").click()
+        expect(page.get_by_test_id("results")).to_be_visible()
+        expect(line).to_have_count(0)
+        page.get_by_test_id(f"tab-{view}").click()
+        expect(line).to_be_visible()
+        assert not get_json(server.address, "engine")["ready"]
+        compiled.set()
+        expect(page.get_by_test_id("world-a" if view == "world" else "live-empty")).to_be_visible()
+        expect(line).to_have_count(0)
+        page.close()

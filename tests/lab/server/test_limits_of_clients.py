@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.types import Message
 
 from baldwinlab.lab import MAX_QUEUED_RESPONSES, Lab
-from baldwinlab.lab.server import app, live_feed, response_queue
+from baldwinlab.lab.server import app, responses
 from baldwinlab.lab.server.routes import MAX_BODY_BYTES
 from baldwinlab.lab.sources import live
 from tests.lab.client import CLIENT, SMALL, LabServer, get_response
@@ -30,8 +30,7 @@ TIMEOUT = 0.3
 @pytest.fixture
 def strict_server(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
     """Yield a server with a short timeout."""
-    for module in (response_queue, live_feed):
-        monkeypatch.setattr(module, "CLIENT_TIMEOUT", TIMEOUT)
+    monkeypatch.setattr(responses, "CLIENT_TIMEOUT", TIMEOUT)
     with run_server(lab_server.root) as server:
         yield server
 
@@ -95,11 +94,11 @@ def test_a_client_that_does_not_read_a_response_is_disconnected(strict_server: L
 def test_responses_that_are_not_read_release_their_slots(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(response_queue, "CLIENT_TIMEOUT", TIMEOUT)
+    monkeypatch.setattr(responses, "CLIENT_TIMEOUT", TIMEOUT)
     lab = Lab(tmp_path, live.Live())
-    body = b"0" * 2 * response_queue.CHUNK_BYTES
-    queued = response_queue.QueuedResponse(lab, lambda: Response(body))
-    chunked = response_queue.ChunkedResponses(queued)
+    body = b"0" * 2 * responses.CHUNK_BYTES
+    queued = responses.QueuedResponse(lab, lambda: Response(body))
+    chunked = responses.ChunkedResponses(queued)
     received = list[Message]()
 
     async def receive_nothing() -> Message:

@@ -1,4 +1,4 @@
-"""Tests of the form of an experiment, whose fields depend on the selected parts."""
+"""Tests of the form of an experiment, its errors, and the presets."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from playwright.sync_api import Page, expect
 from pydantic import Field
 
 from baldwinlab.experiment import Experiment, registry
-from baldwinlab.lab.sources.experiment_form import make_form, make_schema
+from baldwinlab.lab.pages.single_page import STATIC_FOLDER
+from baldwinlab.lab.sources.experiment_form import find_errors, make_form, make_schema
+from baldwinlab.papers import built_in
 from baldwinlab.parts.learning_rules import LearningRule
-from tests.lab.client import CLIENT, LabServer
+from tests.lab.client import CLIENT, LabServer, get_error, get_json
 from tests.small_studies import shorten_preset
 
 
@@ -32,7 +34,6 @@ def pulling() -> Iterator[str]:
 
 def test_a_form_has_the_fields_of_an_experiment_and_the_available_parts() -> None:
     form = make_form(shorten_preset().to_dict())
-    assert form["errors"] == []
     assert form["experiment"] == shorten_preset().to_dict()
     rule = form["schema"]["$defs"]["Learning"]["properties"]["rule"]
     assert rule["x-chooses"]
@@ -51,27 +52,23 @@ def test_the_fields_of_a_part_are_present_only_while_it_is_selected(pulling: str
     assert "Pulling" in form["schema"]["$defs"]
     form["experiment"]["learning"]["rule"] = "self-taught"
     next_form = make_form(form["experiment"])
-    assert next_form["errors"] == []
     assert (
         next_form["experiment"]["learning"]
         == shorten_preset().replace(learning={"rule": "self-taught"}).to_dict()["learning"]
     )
 
 
-def test_invalid_settings_are_returned_unchanged_with_the_errors() -> None:
+def test_invalid_settings_are_returned_unchanged() -> None:
     settings: Any = shorten_preset().to_dict()
     settings["learning"]["rate"] = 11
     form = make_form(settings)
     assert form["experiment"] == settings
-    assert [error["path"] for error in form["errors"]] == ["learning.rate"]
     assert form["schema"] == make_schema(Experiment)
 
 
 @pytest.mark.parametrize("value", [None, 5, "evo/A", []])
 def test_a_value_that_is_not_a_table_is_rejected(value: Any) -> None:
-    assert make_form(value)["errors"] == [
-        {"path": "", "message": "an experiment is a table of its fields"}
-    ]
+    assert find_errors(value) == [{"path": "", "message": "an experiment is a table of its fields"}]
 
 
 def test_the_server_returns_the_form_and_the_appearance_of_an_experiment(
@@ -146,3 +143,36 @@ def test_values_without_a_known_type_are_shown_as_text(page: Page) -> None:
     expect(page.get_by_test_id("plain-strange")).to_contain_text("is text")
     expect(page.get_by_test_id("plain-odd.deep")).to_contain_text("2")
     expect(page.get_by_test_id("plain-any")).to_contain_text("3")
+
+
+def test_the_presets_are_listed_with_their_descriptions_and_the_default(
+    lab_server: LabServer,
+) -> None:
+    response = get_json(lab_server.address, "presets")
+    names = [preset["name"] for preset in response["presets"]]
+    assert {"evo/A", "self-taught/B"} <= set(names)
+    assert all(preset["description"] for preset in response["presets"])
+    assert response["default"] == "evo+self-taught/A"
+    (shown,) = (preset for preset in response["presets"] if preset["shown"])
+    assert (shown["name"], shown["world"]) == (
+        "evo+self-taught/B",
+        {"generations": 100, "agents": 20, "steps": 5000},
+    )
+    assert get_json(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
+    message = get_error(lab_server.address, "preset", 404, name="evo/Z")
+    assert message.startswith("there is no preset 'evo/Z' (did you mean 'evo/")
+    assert len(message) < 200
+
+
+def test_the_modules_of_the_page_contain_no_preset_name() -> None:
+    names = {
+        preset
+        for paper in built_in().values()
+        for preset in paper.experiment_names()
+        if len(preset) > 1
+    }
+    # A command of the explorable names presets.
+    folders = {"vendor", "explorable"}
+    paths = [path for path in STATIC_FOLDER.rglob("*.js") if path.parent.name not in folders]
+    for path in paths:
+        assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name

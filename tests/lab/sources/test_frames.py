@@ -11,8 +11,13 @@ import pytest
 import xarray as xr
 
 from baldwinlab.lab.sources import binary_frames
-from baldwinlab.lab.sources.frames import FrameQuery, Window, make_frames, read_frame_query
-from baldwinlab.lab.sources.world_cursor import WorldCursor
+from baldwinlab.lab.sources.frames import (
+    FrameQuery,
+    Window,
+    WorldCursor,
+    make_frames,
+    read_frame_query,
+)
 from baldwinlab.simulation.replay import replay
 from tests.lab.client import SMALL, LabServer, get_arrays
 from tests.lab.conftest import run_server
@@ -111,7 +116,7 @@ def test_a_response_ends_after_a_limited_time_and_the_next_one_continues(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.sources.frames.RESPONSE_SECONDS", 0.0)
-    monkeypatch.setattr("baldwinlab.lab.sources.world_cursor.PIECE_AGENT_STEPS", 10 * CROWD_SIZE)
+    monkeypatch.setattr("baldwinlab.lab.sources.frames.PIECE_AGENT_STEPS", 10 * CROWD_SIZE)
     cursor = WorldCursor(make_life(make_crowd()))
     responses = [read_frames(cursor, 25, 1, 8, WINDOW)[0] for _ in range(3)]
     assert [header["frames"] for header in responses] == [[], [], [25]]
@@ -121,7 +126,7 @@ def test_a_response_ends_after_a_limited_time_and_the_next_one_continues(
 def test_the_oldest_snapshots_are_dropped(
     cursor: WorldCursor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.sources.world_cursor.MAX_SNAPSHOT_BYTES", 1)
+    monkeypatch.setattr("baldwinlab.lab.sources.frames.MAX_SNAPSHOT_BYTES", 1)
     assert read_frames(cursor, 0, 1, 3, WINDOW)[0]["simulated"] == 2
     # Step 2 is stored, and step 1 is simulated from the beginning.
     assert read_frames(cursor, 2, 1, 1, WINDOW)[0]["simulated"] == 2

@@ -15,11 +15,16 @@ from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.api.publish import lab_results
-from baldwinlab.experiment import Experiment, registry
+from baldwinlab.experiment import registry
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
 from baldwinlab.lab.sources.live import Live
-from baldwinlab.lab.sources.studies import describe_missing_parts, summarize
+from baldwinlab.lab.sources.studies import (
+    describe_missing_parts,
+    find_study,
+    list_study_names,
+    summarize,
+)
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
@@ -30,6 +35,28 @@ from baldwinlab.studies.study_file import stored_source
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import hawks_study, run_server
 from tests.small_studies import make_small_study, shorten_preset
+
+
+def test_a_study_can_be_the_folder_itself_or_be_in_another_study(tmp_path: Path) -> None:
+    create_study(tmp_path, [shorten_preset()], 1)
+    create_study(tmp_path / "variants" / "deep", [shorten_preset()], 2)
+    assert list(list_study_names(tmp_path)) == [".", "variants/deep"]
+    lab = Lab(tmp_path, Live())
+    assert find_study(lab, ".").seed == 1
+    assert find_study(lab, "variants/deep").seed == 2
+
+
+def test_a_missing_folder_has_no_studies(tmp_path: Path) -> None:
+    assert list(list_study_names(tmp_path / "results")) == []
+
+
+def test_a_replaced_study_is_read_again(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, Live())
+    create_study(tmp_path / "it", [shorten_preset()], 1)
+    assert find_study(lab, "it").seed == 1
+    shutil.rmtree(tmp_path / "it")
+    create_study(tmp_path / "it", [shorten_preset()], 2)
+    assert find_study(lab, "it").seed == 2
 
 
 def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer) -> None:
@@ -176,13 +203,6 @@ def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
     with run_server(tmp_path) as server:
         (summary,) = get_json(server.address, "studies")["studies"]
     assert f"{file} cannot be read: " in summary["problem"]
-
-
-def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer) -> None:
-    settings = get_json(
-        lab_server.address, "experiment", study="small", condition="evo+self-taught/A"
-    )
-    assert Experiment.model_validate(settings) == shorten_preset("evo+self-taught/A")
 
 
 def test_factors_are_the_settings_that_differ_between_conditions(

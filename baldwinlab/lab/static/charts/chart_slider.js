@@ -1,8 +1,7 @@
 /** A slider on top of a small chart. The position of the slider is a position in the chart. */
 
-import { el } from "../core/common.js";
+import { el, Tooltip } from "../core/common.js";
 import { palette } from "../core/palette.js";
-import { Tooltip } from "../core/tooltip.js";
 
 // CSS pixels. The slider is half a thumb wider than its canvas at each end.
 const THUMB_WIDTH = 16;

@@ -1,26 +1,101 @@
-/** Charts with curves and bands (uPlot). See box_chart.js for box plots. */
+/** Charts with curves and bands (uPlot), and their cursor. See svg_charts.js for box plots. */
 
 // @ts-types="../vendor/uPlot.d.ts"
 import uPlot from "../vendor/uPlot.esm.js";
 import {
-  bindPick,
-  describePick,
-  describeTarget,
-  formatShort,
-  readKey,
-  RUN_LABEL,
-  setCursor,
-} from "./chart_cursor.js";
-import { createLegendEntry } from "./chart_legend.js";
-import { createPlotOptions } from "./chart_options.js";
-import { drawPicture } from "./chart_picture.js";
-import {
   collectColumns,
   collectCurves,
+  createLegendEntry,
+  createPlotOptions,
   MAX_PLAIN_CURVES,
   selectSeriesStyle,
 } from "./chart_series.js";
-import { createButton, el } from "../core/common.js";
+import { drawPicture } from "./chart_picture.js";
+import { createButton, el, formatDecimals } from "../core/common.js";
+import { createChartDownloads } from "../core/downloads.js";
+
+// The word before the number of a run.
+const RUN_LABEL = "run";
+
+/** Call `onPick` for a click on a curve. */
+function bindPick(chart, currentSeries, onPick) {
+  if (!onPick) return;
+  chart.over.style.cursor = "pointer";
+  chart.over.addEventListener("click", (event) => {
+    const element = chart.over.getBoundingClientRect();
+    const index = chart.posToIdx(event.clientX - element.left);
+    const [nearest] = findVisibleCurves(chart, currentSeries(), index).sort(
+      (first, second) =>
+        computeDistance(first, event, element) - computeDistance(second, event, element),
+    );
+    if (nearest) onPick(describePick(chart, index, nearest));
+  });
+}
+
+function computeDistance({ top }, event, element) {
+  return Math.abs(top - (event.clientY - element.top));
+}
+
+/** Return the visible curves with a value at an index of the x axis, and their heights. */
+function findVisibleCurves(chart, series, index) {
+  return collectCurves(series)
+    .map((curve) => ({ ...curve, value: curve.values[index] }))
+    .filter(({ columns: [column], value }) => chart.series[column].show && value != null)
+    .map((curve) => ({ ...curve, top: chart.valToPos(curve.value, "y") }));
+}
+
+function describePick(chart, index, { label, run }) {
+  return { index, x: chart.data[0][index], label, ...(run !== undefined && { run }) };
+}
+
+export function setCursor(chart, index, top = 0) {
+  const left = index == null ? -10 : chart.valToPos(chart.data[0][index], "x");
+  chart.setCursor({ left, top: index == null ? -10 : top });
+}
+
+/**
+ * Return the target of a key, or null: left and right move along the x axis, up and down between
+ * curves.
+ */
+function readKey({ key }, chart, series, selectedColumn) {
+  const last = chart.data[0].length - 1;
+  const current = chart.cursor.idx ?? last;
+  const target = {
+    ArrowLeft: current - 1,
+    ArrowRight: current + 1,
+    PageUp: current - 10,
+    PageDown: current + 10,
+    Home: 0,
+    End: last,
+    ArrowUp: current,
+    ArrowDown: current,
+    Enter: current,
+  }[key];
+  if (target === undefined) return null;
+  const index = Math.min(Math.max(target, 0), last);
+  const curves = findVisibleCurves(chart, series, index);
+  const previous = curves.find(({ columns: [column] }) => column === selectedColumn) ??
+    curves.find(({ run }) => run === undefined);
+  const ordered = curves.toSorted((first, second) => second.top - first.top);
+  const rank = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
+  return { index, curve: ordered[Math.min(Math.max(rank, 0), ordered.length - 1)] };
+}
+
+/** Return the text of a keyboard target for screen readers. */
+function describeTarget({ index, curve }, chart, options) {
+  const { names, xLabel = "", runLabel = RUN_LABEL } = options;
+  const position = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
+  if (!curve) return position;
+  const run = curve.run === undefined ? "" : `, ${runLabel} ${curve.run}`;
+  return `${curve.label}${run}, ${position}: ${formatShort(curve.value)}`;
+}
+
+function formatShort(value) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 100) return formatDecimals(value, 0);
+  return formatDecimals(value, size >= 1 ? 1 : 3);
+}
 
 /**
  * @typedef {object} Series
@@ -219,4 +294,18 @@ export class LineChart {
     this.colorScheme.removeEventListener("change", this.redraw);
     this.chart.destroy();
   }
+}
+
+/**
+ * Add a chart to an element, with downloads of its data and its picture.
+ * @param {HTMLElement} root
+ * @param {ConstructorParameters<typeof LineChart>[1]} options
+ * @param {{name: string, columns: string[], rows: () => Object<string, any>[], file?: string}}
+ *   downloads as for `createChartDownloads`
+ */
+export function addChart(root, options, { name, columns, rows, file = name }) {
+  const plot = el("div");
+  const chart = new LineChart(plot, options);
+  root.append(plot, createChartDownloads(name, columns, rows, () => chart.drawPicture(), file));
+  return chart;
 }

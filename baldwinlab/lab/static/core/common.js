@@ -74,6 +74,12 @@ export function createTableHead(titles) {
   return el("thead", {}, el("tr", {}, cells));
 }
 
+/** Create a card with a title, whose content can be folded. */
+export function createFold(testid, title, open, ...content) {
+  const summary = el("summary", {}, el("h2", {}, title));
+  return el("details", { class: "card", open, "data-testid": testid }, summary, ...content);
+}
+
 /** Create a hint about a command of the terminal. */
 export function createCommandHint(sentence, command) {
   return el("p", { class: "soft" }, `${sentence} Run `, el("code", {}, command), ".");
@@ -299,4 +305,27 @@ export function formatNumber(number) {
   if (Number.isInteger(number) || size >= 100) return formats[0].format(number);
   if (size >= 10) return formats[1].format(number);
   return formats[size >= 1 ? 2 : 3].format(number);
+}
+
+export class Tooltip {
+  /** @param {HTMLElement} root contains the tooltip */
+  constructor(root) {
+    this.root = root;
+    this.element = el("div", { class: "tip number", "aria-hidden": "true", hidden: true });
+    root.append(this.element);
+  }
+
+  /**
+   * @param {string|null} text null hides the tooltip
+   * @param {number} [x] CSS pixels from the left of `root`
+   * @param {number} [y] CSS pixels from its top
+   */
+  show(text, x = 0, y = 0) {
+    this.element.hidden = text === null;
+    if (text === null) return;
+    this.element.textContent = text;
+    const maxLeft = this.root.clientWidth - this.element.offsetWidth - 4;
+    this.element.style.left = `${Math.max(4, Math.min(x + 12, maxLeft))}px`;
+    this.element.style.top = `${y - 30}px`;
+  }
 }

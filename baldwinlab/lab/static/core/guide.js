@@ -1,8 +1,7 @@
-/** The guide: "What is this?" in a few sentences, and the definition of the Baldwin effect. */
+/** The guide: "What is this?", the Baldwin effect, and the texts of each view. */
 
 import { navigate } from "./address.js";
 import { CLOSE_ICON, createButton, createIconButton, el } from "./common.js";
-import { BALDWIN_EFFECT } from "./topics.js";
 
 // The values of `guide` in the address.
 const VIEW = "open";
@@ -121,3 +120,75 @@ function foldTopics(topics) {
     ),
   );
 }
+
+const BALDWIN_EFFECT =
+  "In the Baldwin effect, learning changes the course of evolution, although nothing learned is" +
+  " inherited. First, agents that learn a useful behavior have more children, and later the" +
+  " behavior becomes innate.";
+
+export const LIVE =
+  "This tab simulates evolution while you watch. In each generation, all agents live one life, " +
+  "and the fittest agents have children. Press Start, change one setting, and start again: " +
+  "earlier runs stay in the chart.";
+
+/** For a lab with a server. @type {Topic[]} */
+export const LIVE_TOPICS = [
+  {
+    title: "The curves",
+    text:
+      "With several runs, a curve is their mean, and the band is the 95 % confidence interval of" +
+      " the mean. Click a curve to watch that generation. A difference that appears with one" +
+      " seed only can be due to chance.",
+  },
+  {
+    title: "Next steps",
+    text:
+      "Compare runs several presets, or several values of a setting, and shows which is higher. " +
+      "Save as a study stores a live run. The Results tab shows both.",
+  },
+];
+
+export const WORLD =
+  "A lifetime of each population, step by step. Filled agents have eaten, and the bars under the" +
+  " map show when. Click an agent to see what it senses and learns.";
+
+/** The generation slider of a stored run. */
+export const CURVE =
+  "The curve at the generation slider shows this run: the line is the best agent, the area is" +
+  " the average agent.";
+
+/** Models without a world, by the kind of view. @type {Object<string, string>} */
+export const VIEWS = {
+  alleles: "Each bar is one locus, and its parts show the share of agents that are born with each" +
+    " allele. A part that grows is an allele that spreads. A bar of one part means that all" +
+    " agents have the same allele.",
+  path: "Each line shows one value from birth (0) to death. A line that changes during life shows" +
+    " learning. If the value at birth changes over the generations, innate behavior evolves.",
+  matrix:
+    "Each cell contains one number. A stronger color means a larger number. Compare generations" +
+    " to see which rows change.",
+  grid:
+    "The blue dart is the agent, and the line is its path. Press Space to play or pause, and the" +
+    " arrow keys to move one step. The same number in another generation is a different agent" +
+    " with its own genome.",
+};
+
+export const PAPERS =
+  "Each card is a publication that you can reproduce. An open card says what to notice, to try " +
+  "and to extend, and has the command of the complete paper. If this folder contains a study of " +
+  "the paper, its card shows the verdicts.";
+
+export const RESULTS =
+  "Each curve is the mean of one condition over its runs, and the band is the 95 % confidence" +
+  " interval of the mean. The comparison says whether the runs establish a difference. Click a" +
+  " curve to watch that generation.";
+
+/** @type {Topic[]} */
+export const RESULTS_TOPICS = [
+  {
+    title: "The boxes",
+    text: "Each point is one run, averaged over its last generations. The line in a box is the" +
+      " median, and the box contains half of the runs. If the points scatter widely, a single" +
+      " run says little.",
+  },
+];

@@ -47,33 +47,20 @@ export class BrowserLab {
     if (pathname === "/api/live") return { runs: [] };
     if (pathname === "/api/comparison") return { comparison: null };
     const feed = this.feeds.get(parameters.live);
-    const number = (name) => parameters[name] === undefined ? undefined : Number(parameters[name]);
-    const source = {
-      run: number("run"),
-      generation: number("generation"),
-      first: number("first"),
-      last: number("last"),
-    };
+    const names = ["run", "generation", "first", "last"].filter((name) => name in parameters);
+    const numbers = Object.fromEntries(names.map((name) => [name, Number(parameters[name])]));
     return pathname === "/api/frames"
-      ? feed.loadFrames(parameters, source)
-      : feed.loadRecording(parameters, source);
+      ? feed.loadFrames(parameters, numbers)
+      : feed.loadRecording(numbers);
   }
 
   async post(path, { experiment, ...request }) {
     if (path === "api/schema")
-      return {
-        schema: this.findSchema(experiment),
-        experiment,
-        errors: this.findErrors(experiment),
-      };
+      return { schema: this.findSchema(experiment), experiment };
     if (path === "api/validate")
       return { errors: [...this.findErrors(experiment), ...validateTree(ORDER, request, [])] };
     if (path === "api/appearance")
-      return {
-        world: experiment.world,
-        appearance: this.describeAppearance(experiment),
-        topics: [],
-      };
+      return { world: experiment.world, appearance: this.describeAppearance(experiment) };
     const preset = this.findPreset(experiment.name);
     // Distinguishes the ids of equal runs.
     const suffix = Math.random().toString(36).slice(2, 6);

@@ -101,22 +101,21 @@ export class BrowserFeed extends Feed {
   }
 
   /** Return the container of a recording. */
-  async loadRecording(source, { run, generation, first, last }) {
-    const { experiment, seed } = this.summary;
+  async loadRecording({ run, generation, first, last }) {
+    const { experiment } = this.summary;
     const appearance = this.lab.describeAppearance(experiment);
     const genome = await this.loadGenome(run, generation);
     const parameters = { run, generation, genome, appearance, first, last };
     const recorded = await this.requestReplay("recording", parameters);
-    const key = { source, seed, run, generation };
     return {
-      header: createRecordingHeader(experiment, appearance, recorded, key),
+      header: createRecordingHeader(experiment, appearance, recorded, generation),
       arrays: recorded.arrays,
     };
   }
 
   /** Return the container of frames. */
   async loadFrames(source, { run, generation }) {
-    const { experiment, seed } = this.summary;
+    const { experiment } = this.summary;
     const { world, population, lifetime } = experiment;
     const appearance = this.lab.describeAppearance(experiment);
     const query = readFrameQuery(source, world);
@@ -126,23 +125,10 @@ export class BrowserFeed extends Feed {
     const send = (genome) => this.requestReplay("frames", { ...parameters, genome });
     const { frames, simulated, arrays } = (await send(null)) ??
       (await send(await this.loadGenome(run, generation)));
-    const header = { kind: "frames", source, condition: experiment.name, seed, run, generation };
     const { interval, window } = query;
     const size = { steps: lifetime.steps, agents: population.size };
-    return {
-      header: {
-        ...header,
-        ...size,
-        simulated,
-        interval,
-        frames,
-        window,
-        world,
-        appearance,
-        topics: [],
-      },
-      arrays,
-    };
+    const header = { kind: "frames", ...size, simulated, interval, frames, window };
+    return { header: { ...header, world, appearance }, arrays };
   }
 
   /** Return the genomes of a generation. */

@@ -9,7 +9,7 @@ const MAX_SNAPSHOT_BYTES = 64_000_000;
 // Agent-steps between two checks of the time.
 const PIECE_AGENT_STEPS = 1_000_000;
 
-/** One lifetime, simulated up to a step, and its latest snapshots: see lab/sources/world_cursor.py. */
+/** One lifetime, simulated up to a step, and its latest snapshots: see lab/sources/frames.py. */
 export class WorldCursor {
   /** @param {import("./simulation.js").Run} run prepared, with the genomes of the generation */
   constructor(run, generation) {
@@ -27,7 +27,7 @@ export class WorldCursor {
   /**
    * Return the steps and the arrays of the requested frames, as many as a limited time allows.
    * @param {{first: number, interval: number, count: number, window:
-   *   import("../world/frame.js").Window}} query
+   *   import("../world/frame_stream.js").Window}} query
    * @param {number[]} kindSizes the number of items of each kind
    */
   makeFrames({ first, interval, count, window }, kindSizes) {

@@ -4,11 +4,10 @@
 
 import { getCurrentView, navigate, readAddress, setCurrentView } from "../core/address.js";
 import { showUnhandledErrors, useLocalServer } from "../core/common.js";
-import { Guide } from "../core/guide.js";
+import { Guide, LIVE } from "../core/guide.js";
 import { BrowserLab } from "./browser_lab.js";
 import { createContrast, LearningContrast } from "../live/learning_contrast.js";
 import { setFeedFactory } from "../live/live_feed.js";
-import { LIVE } from "../core/topics.js";
 import { mount } from "../live/view_live.js";
 
 /**

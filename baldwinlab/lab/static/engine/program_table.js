@@ -55,18 +55,15 @@ export function fillTemplate(template, experiment) {
 }
 
 /** Return the header of a recording that a worker has made. */
-export function createRecordingHeader(experiment, appearance, { part, arrays }, key) {
+export function createRecordingHeader(experiment, appearance, { part, arrays }, generation) {
   return {
-    kind: "recording",
-    condition: experiment.name,
-    ...key,
+    generation,
     ...part,
     steps: experiment.lifetime.steps,
     agents: experiment.population.size,
     items: arrays.item_x.length,
     world: experiment.world,
     appearance,
-    topics: [],
     learns: experiment.learning.rule !== "none",
   };
 }

@@ -31,15 +31,14 @@ export class Run {
     this.generationsDone = 0;
     this.generations = experiment.evolution.generations;
     this.engine.call("init_founders");
-    this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
+    this.parents = this.engine.array("population.parents").fill(-1).slice();
   }
 
   /** Continue another run that has genomes of the same size. */
-  continueFrom({ engine, generationsDone, parents, teachers }) {
+  continueFrom({ engine, generationsDone, parents }) {
     this.engine.array("population.genome").set(engine.array("population.genome"));
     this.generationsDone = generationsDone;
     this.parents = parents;
-    this.teachers = teachers;
   }
 
   /** Simulate the next generation and its reproduction. Throw an Error for invalid results. */
@@ -77,21 +76,8 @@ export class Run {
       this.requireValid();
       this.requireFinite();
       this.parents = engine.array("population.parents").slice();
-      this.teachers = this.findTeachers(this.parents);
     }
     return result;
-  }
-
-  /**
-   * Return the agents whose learned weights teach the offspring, as `parents`. See inheritance.py.
-   */
-  findTeachers(parents) {
-    const { teacher } = this.experiment.learning;
-    if (teacher === "fresh") return null;
-    if (teacher !== "shuffled") return parents;
-    // The teacher of each child, which is the last result of `breed`.
-    const order = this.engine.array("population.order");
-    return parents.map((_, index) => parents[2 * Number(order[index >> 1]) + (index & 1)]);
   }
 
   /** Start a generation with the current genomes. */

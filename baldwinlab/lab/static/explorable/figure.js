@@ -1,6 +1,8 @@
-/** A picture of the essay: it plays while it is in sight, and its button pauses it. */
+/** A picture of the essay, which plays while it is in sight, with its maps and dials. */
 
-import { createButton, el } from "../core/common.js";
+import { createButton, el, formatNumber, setText } from "../core/common.js";
+import { WorldView } from "../world/world_view.js";
+import { Player } from "../world/player.js";
 
 // Milliseconds after the last change of a dial.
 const DIAL_DELAY = 200;
@@ -10,7 +12,7 @@ const DIAL_DELAY = 200;
  * @property {import("./source.js").LiveSource|import("./source.js").RecordedSource} source
  * @property {import("./source.js").RecordedSource} recorded
  * @property {import("./source.js").PageData} data
- * @property {import("./dials.js").Dials} dials of the step
+ * @property {Dials} dials of the step
  * @property {(name: string, text: string) => void} setValue shows a value in the text of the step
  */
 export class Figure {
@@ -127,4 +129,135 @@ export class Figure {
 /** Insert values into a text with {name}. */
 export function formatText(text, values) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+}
+
+export class Dials {
+  /**
+   * @param {HTMLElement} section
+   * @param {(name: string, value: number) => string} format shows a number
+   */
+  constructor(section, format) {
+    /** @type {Map<string, HTMLInputElement>} */
+    this.inputs = new Map();
+    this.format = format;
+    const inputs = /** @type {NodeListOf<HTMLInputElement>} */ (
+      section.querySelectorAll("[data-dial]")
+    );
+    for (const input of inputs) {
+      this.inputs.set(input.dataset.dial, input);
+      input.addEventListener("input", () => this.show(input));
+      this.show(input);
+    }
+  }
+
+  show(input) {
+    const text = this.format(input.dataset.dial, Number(input.value));
+    input.previousElementSibling.textContent = text;
+    input.setAttribute("aria-valuetext", text);
+  }
+
+  read(name) {
+    return Number(this.inputs.get(name).value);
+  }
+
+  /** Call a function after each change. */
+  listen(changed) {
+    for (const input of this.inputs.values()) input.addEventListener("input", changed);
+  }
+
+  disable() {
+    for (const input of this.inputs.values()) input.disabled = true;
+  }
+}
+
+// Milliseconds between two pictures, which limits the load of a phone.
+const FRAME_INTERVAL = 1000 / 20;
+// Narrower maps have no trails, which take half of the time of a picture.
+const MIN_TRAIL_WIDTH = 420;
+
+/** Return a player for the maps of a figure. */
+export function createPlayer(speed, show) {
+  const player = new Player(show);
+  player.setSpeed(speed);
+  player.frameInterval = FRAME_INTERVAL;
+  return player;
+}
+
+export class MapView {
+  /**
+   * @param {Object<string, string>} strings
+   * @param {string} caption
+   * @param {() => void} invalidate called when the map must be drawn again
+   */
+  constructor(strings, caption, invalidate) {
+    this.strings = strings;
+    this.recording = null;
+    this.agent = null;
+    const label = formatText(strings.map, { name: caption });
+    this.canvas = el("canvas", { role: "img", "aria-label": label });
+    this.view = new WorldView(this.canvas);
+    this.count = el("span", { class: "number" }, strings.waiting);
+    this.caption = el("span", {}, caption);
+    const foot = el("figcaption", {}, this.caption, " ", this.count);
+    this.root = el("figure", { class: "map" }, this.canvas, foot);
+    this.view.followSize(invalidate);
+  }
+
+  /**
+   * @param {import("../world/recording.js").Recording} recording
+   * @param {number|null} agent gets a ring
+   */
+  show(recording, agent = null) {
+    this.recording = recording;
+    this.agent = agent;
+  }
+
+  /** Show a world without agents. */
+  showWorld(world, appearance) {
+    this.recording = null;
+    this.view.setWorld({ world, appearance });
+    this.count.textContent = "";
+    this.draw(0);
+  }
+
+  /**
+   * Draw a shape on the map that is not part of the world yet.
+   * @param {string} color
+   * @param {number[]} shape its left, right, upper and lower edge
+   */
+  showSketch(color, shape) {
+    const [left, right, upper, lower] = shape;
+    const { marks } = this.view.world;
+    const sketch = { kind: "rectangle", x: left, y: upper, color, label: "", solid: false };
+    this.view.world.marks = [...marks, { ...sketch, width: right - left, height: lower - upper }];
+    this.view.draw(null, 0);
+    this.view.world.marks = marks;
+  }
+
+  draw(time) {
+    const { recording, agent } = this;
+    if (!recording) {
+      this.view.draw(null, 0);
+      return;
+    }
+    const moment = Math.min(time, recording.last - 1);
+    const trails = this.view.width < MIN_TRAIL_WIDTH ? "off" : "recent";
+    this.view.draw(recording, moment, { selectedAgent: agent, trails });
+    const items = formatNumber(this.countItems(moment));
+    setText(this.count, formatText(this.strings.eaten, { items }));
+  }
+
+  /** Return the number of items that all agents have eaten. */
+  countItems(time) {
+    return this.recording.countAllEaten(Math.floor(time) + 1).items;
+  }
+}
+
+/** Return the agent that eats most in its life. */
+export function findBestAgent(recording) {
+  const eaten = Array.from(
+    { length: recording.agents },
+    (_, agent) => recording.countEaten(recording.last, agent),
+  );
+  return eaten.indexOf(Math.max(...eaten));
 }

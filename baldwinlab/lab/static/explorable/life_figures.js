@@ -1,8 +1,7 @@
 /** Pictures of lifetimes: agents that look for food, and the same agents with learning off. */
 
 import { el } from "../core/common.js";
-import { Figure } from "./figure.js";
-import { createPlayer, findBestAgent, MapView } from "./map_view.js";
+import { createPlayer, Figure, findBestAgent, MapView } from "./figure.js";
 
 // Steps per second are ten times this number.
 const LIFE_SPEED = 10;

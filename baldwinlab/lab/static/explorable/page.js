@@ -1,7 +1,7 @@
 /** The essay: each step has dials in its text, a picture, and a question. */
 
 import { formatNumber, setText } from "../core/common.js";
-import { Dials } from "./dials.js";
+import { Dials } from "./figure.js";
 import { ControlsFigure, CurvesFigure, EvolutionFigure, ForkFigure } from "./evolution_figures.js";
 import { AgentFigure, LearningFigure } from "./life_figures.js";
 import { MapFigure } from "./map_figure.js";

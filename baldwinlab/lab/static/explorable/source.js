@@ -13,7 +13,7 @@ const MAX_LOAD = 0.25;
 const RECORDED_PAUSE = 60;
 
 /**
- * @typedef {object} PageData the data that Python writes into the page (explorable/page.py)
+ * @typedef {object} PageData the data that Python writes into the page (pages/explorable/__init__.py)
  * @property {number} seed
  * @property {number} runs
  * @property {number} fork_generation
@@ -120,8 +120,7 @@ class LivePopulation {
       genome,
       appearance,
     });
-    const key = { seed: this.seed, run, generation };
-    const header = createRecordingHeader(experiment, appearance, recorded, key);
+    const header = createRecordingHeader(experiment, appearance, recorded, generation);
     return new Recording({ header, arrays: recorded.arrays });
   }
 

@@ -2,7 +2,7 @@
  * The agent inspector: networks, weights and relatives of one agent, synchronized with the player.
  */
 
-import { Ancestors } from "./ancestors.js";
+import { Ancestors, createRelatives } from "./relatives.js";
 import {
   CLOSE_ICON,
   createButton,
@@ -13,9 +13,7 @@ import {
   showMessage,
 } from "../core/common.js";
 import { createFreezerButton } from "../world/freezer_button.js";
-import { drawModules } from "./modules_view.js";
-import { findLargestOutput } from "./network.js";
-import { createRelatives } from "./relatives.js";
+import { drawModules, findLargestOutput } from "./network.js";
 import { Responses } from "./responses.js";
 import { createLifetimeQuery } from "../core/sources.js";
 import { createColorKey, LifetimeChart } from "../charts/lifetime_chart.js";

@@ -1,9 +1,8 @@
 /** The lineage tree of an agent: ancestors above it, siblings next to it, children below it. */
 
 import { el, formatNumber } from "../core/common.js";
-import { createSvg, drawTextLabel } from "../core/drawing.js";
+import { bindButtons, createSvg, drawTextLabel } from "../core/drawing.js";
 import { palette } from "../core/palette.js";
-import { bindButtons } from "../core/svg_buttons.js";
 
 // SVG units.
 const WIDTH = 320;

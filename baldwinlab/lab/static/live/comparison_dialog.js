@@ -8,8 +8,7 @@ import {
   openDialog,
   postJSON,
 } from "../core/common.js";
-import { ComparedPresets } from "./comparison_presets.js";
-import { ComparedValues } from "./comparison_values.js";
+import { ComparedPresets, ComparedValues } from "./comparison_kinds.js";
 import { createDownloadButton } from "../core/downloads.js";
 import { createNumberField } from "./setup_fields.js";
 

@@ -9,11 +9,11 @@ import { el } from "../core/common.js";
 import {
   createCheckbox,
   createChoice,
+  createList,
   createNumberInput,
   createSlider,
   createTextInput,
 } from "./form_inputs.js";
-import { createList } from "./form_lists.js";
 import { formatName, resolve } from "./form_schema.js";
 
 /**

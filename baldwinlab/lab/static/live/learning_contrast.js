@@ -148,5 +148,5 @@ function findTypicalRun(feed) {
 
 async function loadLastGeneration(feed, run) {
   const query = { run, generation: feed.generationsDone - 1 };
-  return new Recording(await feed.loadRecording(query, query));
+  return new Recording(await feed.loadRecording(query));
 }

@@ -1,11 +1,12 @@
-/** The curves of a live run. */
+/** The curves of a live run, and those of earlier runs of this page. */
 
 import { selectSeriesStyle } from "../charts/chart_series.js";
-import { LineChart } from "../charts/charts.js";
-import { el } from "../core/common.js";
-import { createChartDownloads, listCurveRows } from "../core/downloads.js";
+import { addChart } from "../charts/charts.js";
+import { getJSON } from "../core/common.js";
+import { listCurveRows } from "../core/downloads.js";
 import { createQuantileSeries } from "../charts/quantiles.js";
 import { palette, resolveColor } from "../core/palette.js";
+import { findChanges } from "../core/experiment_changes.js";
 
 /** What a curve of several runs shows, by name, with the description in the title. */
 export const STATISTICS = {
@@ -41,7 +42,7 @@ export class LiveCurves {
     this.x = Array.from({ length: generations }, (_, generation) => generation);
     this.frame = 0;
     this.species = feed.summary.species ?? [];
-    /** @type {{chart: LineChart, listSeries: () => import("../charts/charts.js").Series[]}[]} */
+    /** @type {{chart: import("../charts/charts.js").LineChart, listSeries: () => import("../charts/charts.js").Series[]}[]} */
     this.charts = [];
     this.createFitnessChart(fitnessRoot);
     this.createShareChart(shareRoot);
@@ -85,8 +86,11 @@ export class LiveCurves {
   createChart(root, name, listSeries, options) {
     const { experiment, runs } = this.feed.summary;
     const file = `${experiment.name}-${name}-${runs}-runs`.replaceAll("/", "-");
-    const plot = el("div");
-    const chart = new LineChart(plot, {
+    const rows = () => {
+      const finished = this.x.slice(0, this.feed.generationsDone);
+      return listCurveRows(finished, listSeries(), this.statistic);
+    };
+    const chartOptions = {
       ...options,
       note: runs > 1 ? `${experiment.name}: ${this.describeBands()}` : `${experiment.name}: 1 run`,
       x: this.x,
@@ -95,21 +99,9 @@ export class LiveCurves {
         if (!this.earlierRuns.some(({ name }) => name === label)) this.pick(x, run);
       },
       series: listSeries(),
-    });
-    const rows = () => {
-      const finished = this.x.slice(0, this.feed.generationsDone);
-      return listCurveRows(finished, listSeries(), this.statistic);
     };
-    root.append(
-      plot,
-      createChartDownloads(
-        name,
-        ["curve", "generation", this.statistic, "low", "high"],
-        rows,
-        () => chart.drawPicture(),
-        file,
-      ),
-    );
+    const columns = ["curve", "generation", this.statistic, "low", "high"];
+    const chart = addChart(root, chartOptions, { name, columns, rows, file });
     this.charts.push({ chart, listSeries });
   }
 
@@ -190,4 +182,46 @@ export class LiveCurves {
     cancelAnimationFrame(this.frame);
     for (const { chart } of this.charts) chart.destroy();
   }
+}
+
+const MAX_RUNS = 3;
+const MAX_NAMED_CHANGES = 3;
+
+/** @type {{name: string, values: number[]}[]} the most recent run is the last */
+const earlier = [];
+
+/** Return the most recent runs, with the mean of the average agent in each generation. */
+export function listEarlierRuns() {
+  return [...earlier];
+}
+
+/** Remember the curve of a run that the page no longer shows. */
+export function rememberRun(name, values) {
+  if (!values.length) return;
+  const previous = earlier.findIndex((run) => run.name === name);
+  // The same settings with the same seed give the same curve.
+  if (previous >= 0) earlier.splice(previous, 1);
+  earlier.push({ name, values });
+  if (earlier.length > MAX_RUNS) earlier.shift();
+}
+
+/**
+ * Return the name of an experiment with its changes, for example "evo+self-taught/A, rule: none".
+ * @param {Object<string, any>} experiment
+ */
+export async function nameExperiment(experiment) {
+  const { name } = experiment;
+  const { presets } = await getJSON("api/presets");
+  // The user has given it another name.
+  if (!presets.some((preset) => preset.name === name)) return name;
+  const base = await getJSON(`api/preset?${new URLSearchParams({ name })}`);
+  const changes = Object.entries(findChanges(experiment, base));
+  const parts = changes.slice(0, MAX_NAMED_CHANGES).map(([path, value]) => describe(path, value));
+  const rest = changes.length - parts.length;
+  return [name, ...parts, ...(rest > 0 ? [`${rest} more changes`] : [])].join(", ");
+}
+
+function describe(path, value) {
+  const label = path.split(".").at(-1).replaceAll("_", " ");
+  return `${label}: ${typeof value === "object" ? "changed" : value}`;
 }

@@ -1,6 +1,6 @@
 /** The panel of a live run: progress, curves, world and controls. */
 
-import { createRunSwitch } from "../charts/chart_legend.js";
+import { createRunSwitch } from "../charts/chart_series.js";
 import {
   createButton,
   createSelect,
@@ -10,12 +10,17 @@ import {
   postJSON,
   showMessage,
 } from "../core/common.js";
-import { LiveAlleles } from "./live_alleles.js";
-import { LiveCurves, STATISTICS } from "./live_curves.js";
-import { listEarlierRuns, nameExperiment, rememberRun } from "./earlier_runs.js";
+import { openSaveDialog } from "../core/save_dialog.js";
+import { LiveAlleles } from "./live_selector.js";
+import {
+  listEarlierRuns,
+  LiveCurves,
+  nameExperiment,
+  rememberRun,
+  STATISTICS,
+} from "./live_curves.js";
 import { showState } from "./live_feed.js";
 import { LiveWorld } from "./live_world.js";
-import { openSaveDialog } from "../core/save_dialog.js";
 
 /** The panel of a run that the feed has described. */
 export class LivePanel {

@@ -4,9 +4,13 @@ import { createButton, el, getJSON, isServerless, postJSON } from "../core/commo
 import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "../core/experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
-import { PresetPicker } from "./preset_picker.js";
+import {
+  createNumberField,
+  createSpeedPicker,
+  DEFAULT_SPEED,
+  PresetPicker,
+} from "./setup_fields.js";
 import { parseWholeNumber } from "./live_selector.js";
-import { createNumberField, createSpeedPicker, DEFAULT_SPEED } from "./setup_fields.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;

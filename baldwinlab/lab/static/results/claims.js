@@ -1,6 +1,6 @@
 /** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
-import { createCommandHint, el, formatNumber } from "../core/common.js";
+import { createCommandHint, createFold, el, formatNumber } from "../core/common.js";
 import { findLastLifetime } from "./results_runs.js";
 
 // The tone, and the singular and plural forms of the count.
@@ -18,11 +18,8 @@ export const VERDICTS = {
 export function createClaimList(view) {
   const { study } = view;
   const { claims, problem, claim_measures: measures = {}, typical_run: typicalRuns } = view.results;
-  const section = el(
-    "details",
-    { class: "card", open: Boolean(problem), "data-testid": "claims" },
-    el("summary", {}, el("h2", {}, hasPaperClaims(claims) ? "The paper's claims" : "The claims")),
-  );
+  const title = hasPaperClaims(claims) ? "The paper's claims" : "The claims";
+  const section = createFold("claims", title, Boolean(problem));
   if (problem) {
     section.append(el("p", { role: "alert", "data-testid": "claims-problem" }, problem));
     return section;

@@ -1,6 +1,6 @@
 /** The comparison of conditions: the sentences, headings and cells that the server writes. */
 
-import { createTableHead, el } from "../core/common.js";
+import { createFold, createTableHead, el } from "../core/common.js";
 
 const TONES = { higher: "good", lower: "warm" };
 
@@ -45,10 +45,10 @@ export function createComparisonTable(comparison, isOpen) {
       el("tbody", {}, ...rows.map((row) => createComparisonRow(row, Object.keys(headings)))),
     ),
   );
-  return el(
-    "details",
-    { class: "card", open: isOpen, "data-testid": "comparison" },
-    el("summary", {}, el("h2", {}, "Comparison")),
+  return createFold(
+    "comparison",
+    "Comparison",
+    isOpen,
     ...(tooFew ? [el("p", {}, tooFew)] : []),
     table,
     el(

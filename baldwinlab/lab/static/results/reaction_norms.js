@@ -1,9 +1,8 @@
 /** Reaction norms: fitness of the last generation when one setting differs from evolution. */
 
 import { selectSeriesStyle } from "../charts/chart_series.js";
-import { LineChart } from "../charts/charts.js";
+import { addChart } from "../charts/charts.js";
 import { createCommandHint, createField, createSelect, el } from "../core/common.js";
-import { createChartDownloads } from "../core/downloads.js";
 
 const EXPLANATION =
   "Each curve shows the fitness of the last generation when one setting differs from its " +
@@ -85,7 +84,6 @@ function createChart(
   conditions,
   groups,
 ) {
-  const root = el("div");
   const series = Object.entries(norms)
     .filter(([condition]) => conditions.has(condition))
     .map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
@@ -98,7 +96,7 @@ function createChart(
     : curveIndices.map((index) => groups[index].style);
   series.forEach((line, number) => Object.assign(line, selectSeriesStyle(styles[number])));
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
-  const chart = new LineChart(root, {
+  const options = {
     title: map ? `Evolved on map ${map}: ${unit} by ${name}` : `By ${name}: ${unit}`,
     x: values.map((_, index) => index),
     names,
@@ -106,7 +104,7 @@ function createChart(
     yLabel: unit,
     series,
     height: 220,
-  });
+  };
   const rows = () =>
     series.flatMap((line) =>
       values.map((value, index) => ({
@@ -117,14 +115,10 @@ function createChart(
         high: line.high[index],
       }))
     );
-  container.append(
-    root,
-    createChartDownloads(
-      `reaction-${field}${map && `-${map}`}`,
-      ["condition", "value", "median", "low", "high"],
-      rows,
-      () => chart.drawPicture(),
-    ),
-  );
-  return chart;
+  const columns = ["condition", "value", "median", "low", "high"];
+  return addChart(container, options, {
+    name: `reaction-${field}${map && `-${map}`}`,
+    columns,
+    rows,
+  });
 }

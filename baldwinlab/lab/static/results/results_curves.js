@@ -1,7 +1,7 @@
 /** The curves of a study, generation by generation. */
 
 import { selectSeriesStyle } from "../charts/chart_series.js";
-import { LineChart } from "../charts/charts.js";
+import { addChart, LineChart } from "../charts/charts.js";
 import { el, showMessage } from "../core/common.js";
 import {
   createChartDownloads,
@@ -173,4 +173,70 @@ function createMeanSeries(results, measure, groups) {
     );
     return { label, values: mean, low, high, ...selectSeriesStyle(style) };
   });
+}
+
+/**
+ * Return a card with a chart for each curve, or null for a study without species. The charts are
+ * drawn by `drawSpeciesCharts`.
+ * @param {import("./view_results.js").ResultsState} view
+ */
+export function createSpeciesCards({ results, groups }) {
+  const conditions = groups.flatMap((group) => group.conditions);
+  const names = Object.keys(results.species_curves ?? {}).filter((name) =>
+    conditions.some((condition) => results.species[condition]?.[name])
+  );
+  if (!names.length) return null;
+  const cards = names.map((name) =>
+    el("section", { class: "card", "data-testid": `species-${name}`, "data-curve": name })
+  );
+  return el("div", { class: "results-boxes" }, ...cards);
+}
+
+/** Draw the charts of the cards, and return them. Charts need the width of their cards. */
+export function drawSpeciesCharts(cards, { results, groups }) {
+  return [...(cards?.children ?? [])].map((card) => {
+    const name = card.dataset.curve;
+    const { title, axis } = results.species_curves[name];
+    const series = listSeries(results.species, groups, name);
+    const options = { title, x: results.generation, xLabel: "generation", yLabel: axis, series };
+    const rows = () => listCurveRows(results.generation, series);
+    return addChart(card, options, { name: `species-${name}`, columns: CURVE_COLUMNS, rows });
+  });
+}
+
+/** Return the series of all groups of conditions. A species has the same dash in all groups. */
+function listSeries(species, groups, curve) {
+  const curvesOfGroups = groups.map(({ conditions }) =>
+    conditions.flatMap((condition) => species[condition]?.[curve] ?? [])
+  );
+  const names = [...new Set(curvesOfGroups.flat().flatMap(Object.keys))];
+  const isSingle = groups.length === 1;
+  return groups.flatMap(({ label }, number) =>
+    names.flatMap((name, index) => {
+      const curves = curvesOfGroups[number].flatMap((byName) => byName[name] ?? []);
+      return createSeries(curves, { label, number, isSingle }, { name, index });
+    })
+  );
+}
+
+/**
+ * Return the series of a species in a group of conditions, or none. The color shows the group, and
+ * the dash the species. A single group has a color for each species.
+ * @param {{mean: number[]}[]} curves of the conditions with the species
+ * @param {{label: string, number: number, isSingle: boolean}} group
+ * @param {{name: string, index: number}} species
+ */
+function createSeries(curves, group, species) {
+  if (!curves.length) return [];
+  const { mean, low, high } = combineCurves(curves);
+  return [
+    {
+      label: group.isSingle ? species.name : `${group.label}, ${species.name}`,
+      values: mean,
+      low,
+      high,
+      color: selectSeriesStyle(group.isSingle ? species.index : group.number).color,
+      dash: selectSeriesStyle(species.index).dash,
+    },
+  ];
 }

@@ -1,12 +1,13 @@
 /** The controls at the top of the Results tab, and its folded sections. */
 
-import { createRunSwitch } from "../charts/chart_legend.js";
-import { createButton, createSelect, el } from "../core/common.js";
-import { createFigureLinks } from "../core/downloads.js";
+import { createRunSwitch, selectSeriesStyle } from "../charts/chart_series.js";
+import { createButton, createFold, createSelect, el } from "../core/common.js";
+import { createChartDownloads, createFigureLinks } from "../core/downloads.js";
 import { createReactionNorms } from "./reaction_norms.js";
-import { drawBoxes, hasReportBoxes } from "./results_boxes.js";
 import { createFactorLists } from "./results_factors.js";
-import { createRunTable } from "./results_runs.js";
+import { createRunTable, findLastLifetime, hasWorldView, listRuns } from "./results_runs.js";
+import { drawBoxChart } from "../charts/svg_charts.js";
+import { formatLifetimeAddress } from "../core/sources.js";
 
 // More boxes are below each other.
 const MAX_NEIGHBORS = 8;
@@ -80,12 +81,8 @@ class Fold {
     this.draw = draw;
     this.charts = null;
     this.content = el("div");
-    this.element = el(
-      "details",
-      { class: "card", open: isOpen, "data-testid": id, ontoggle: () => this.drawOnce() },
-      el("summary", {}, el("h2", {}, title)),
-      this.content,
-    );
+    this.element = createFold(id, title, isOpen, this.content);
+    this.element.addEventListener("toggle", () => this.drawOnce());
   }
 
   drawOnce() {
@@ -130,11 +127,62 @@ export function createFactorSection({ results, by, only, choose, canShowRuns, ha
     (isChecked) => choose({ runs: isChecked ? "each" : null }),
   );
   const isOpen = hasRunLines || Object.values(only).some(Boolean);
-  return el(
-    "details",
-    { class: "card", open: isOpen, "data-testid": "factors" },
-    el("summary", {}, el("h2", {}, "Conditions")),
-    lists ?? "",
-    canShowRuns && runSwitch,
-  );
+  return createFold("factors", "Conditions", isOpen, lists, canShowRuns && runSwitch);
+}
+
+const CSV_COLUMNS = ["box", "condition", "run", "value"];
+
+/**
+ * Draw the final values of a measure, with downloads.
+ * @param {HTMLElement} root is filled
+ * @param {import("./view_results.js").ResultsState} view
+ * @param {string} measure
+ * @returns {{destroy: () => void}}
+ */
+function drawBoxes(root, view, measure) {
+  const { name, axis } = view.results.measures[measure];
+  const boxes = view.groups.map((group) => createBox(view, measure, group));
+  const plot = el("div");
+  const chart = drawBoxChart(plot, {
+    title: `${name} at the end of each run, ${axis}`,
+    groups: boxes,
+    height: 320,
+  });
+  root.append(plot);
+  // The report has no boxes of several conditions.
+  if (!hasReportBoxes(view)) {
+    const rows = () =>
+      boxes.flatMap(({ label, points }) => points.map((point) => ({ box: label, ...point })));
+    root.append(createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows));
+  }
+  return chart;
+}
+
+/** Return whether the report has a figure with the same boxes. */
+function hasReportBoxes({ hasSingleConditions, results }) {
+  return hasSingleConditions && !results.swept;
+}
+
+/** Return the box of a group. Its points link to lifetimes if the conditions have a world. */
+function createBox(view, measure, { label, conditions, style }) {
+  const points = listRuns(view, conditions)
+    .map((row) => ({ condition: row.condition, run: row.run, value: row[measure] }));
+  const { axis } = view.results.measures[measure];
+  const describe = (index) => {
+    const { condition, run, value } = points[index];
+    return `${condition}, run ${run}: ${value.toFixed(1)} ${axis}`;
+  };
+  const box = {
+    label,
+    points,
+    values: points.map(({ value }) => value),
+    color: selectSeriesStyle(style).color,
+    describe,
+  };
+  if (!hasWorldView(view, conditions[0])) return box;
+  const href = (index) => {
+    const { condition, run } = points[index];
+    return formatLifetimeAddress(findLastLifetime(view, condition, run));
+  };
+  return { ...box, targetText: "Open the last generation.", href };
 }

@@ -3,7 +3,12 @@
 import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "../core/common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
-import { explainCurves, ResultsCurves } from "./results_curves.js";
+import {
+  createSpeciesCards,
+  drawSpeciesCharts,
+  explainCurves,
+  ResultsCurves,
+} from "./results_curves.js";
 import {
   clearFactorState,
   createFactorLists,
@@ -19,7 +24,6 @@ import {
   createStudyPicker,
 } from "./results_sections.js";
 import { findNewest } from "../core/sources.js";
-import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
 const MAX_CURVES = 8;

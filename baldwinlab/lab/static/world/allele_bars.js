@@ -3,9 +3,8 @@
  * readers.
  */
 
-import { createTableHead, el, formatNumber } from "../core/common.js";
+import { createTableHead, el, formatNumber, Tooltip } from "../core/common.js";
 import { createLegendEntry } from "./legend.js";
-import { Tooltip } from "../core/tooltip.js";
 
 // The colors of the alleles, in their order.
 const COLORS = ["blue", "orange", "green", "purple", "sky", "vermilion"];

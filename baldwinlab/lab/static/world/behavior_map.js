@@ -10,7 +10,7 @@ import {
 } from "../core/common.js";
 import { createChartDownloads } from "../core/downloads.js";
 import { palette } from "../core/palette.js";
-import { createScatterChart } from "../charts/scatter_chart.js";
+import { createScatterChart } from "../charts/svg_charts.js";
 import { createLifetimeQuery } from "../core/sources.js";
 
 const MEASURED =

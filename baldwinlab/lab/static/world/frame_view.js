@@ -2,8 +2,7 @@
 
 import { drawAgents } from "./agents.js";
 import { formatNumber } from "../core/common.js";
-import { DensityLayer, SQUARE_SIZE } from "./density_layer.js";
-import { DensityLegend } from "./density_legend.js";
+import { DensityLayer, DensityLegend, SQUARE_SIZE } from "./density.js";
 
 // CSS pixels of the map per agent, and per item. With less, squares are drawn.
 const PIXELS_PER_SHAPE = 100;

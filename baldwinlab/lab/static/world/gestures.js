@@ -1,9 +1,6 @@
-/**
- * Gestures and keys on a map: wheel and pinch zoom, dragging moves, a click or tap selects. If the
- * map has the focus, + and − zoom, and the arrow keys move an enlarged map.
- */
+/** Zoom buttons, gestures and keys of a map: wheel, two fingers, dragging and clicks. */
 
-import { ZOOM_FACTOR } from "./zoom_tools.js";
+import { createIconButton } from "../core/common.js";
 
 // CSS pixels that the pointer may move during a click.
 const CLICK_TOLERANCE = 5;
@@ -151,4 +148,29 @@ class PointerTracker {
   cancel(event) {
     this.positions.delete(event.pointerId);
   }
+}
+
+// Zoom factor of a press.
+const ZOOM_FACTOR = 1.5;
+
+/** @type {Object<string, {label: string, path: string, act: (map: any) => void}>} */
+const BUTTONS = {
+  closer: { label: "Zoom in (+)", path: "M10 4v12M4 10h12", act: (map) => map.zoom(ZOOM_FACTOR) },
+  farther: { label: "Zoom out (−)", path: "M4 10h12", act: (map) => map.zoom(1 / ZOOM_FACTOR) },
+  all: {
+    label: "Show the whole map (0)",
+    path: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
+    act: (map) => map.fit(),
+  },
+};
+
+/**
+ * @param {import("./world_map.js").WorldMap} map
+ * @param {("closer"|"farther"|"all")[]} names
+ */
+export function createZoomButtons(map, names) {
+  return names.map((name) => {
+    const { label, path, act } = BUTTONS[name];
+    return createIconButton(label, path, () => act(map), { "data-testid": `zoom-${name}` });
+  });
 }

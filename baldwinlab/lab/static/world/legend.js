@@ -2,7 +2,7 @@
 
 import { el } from "../core/common.js";
 import { formatColor } from "../core/palette.js";
-import { drawSpeciesSwatch } from "./species_shapes.js";
+import { drawSpeciesSwatch } from "./agents.js";
 
 const MARKS = { agent: "has eaten", hungry: "has not eaten", lit: "active sensor", meal: "eating" };
 

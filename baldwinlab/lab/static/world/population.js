@@ -1,7 +1,7 @@
 /** The list of agents with the number of eaten items. A click opens the inspector. */
 
 import { createButton, el, formatNumber } from "../core/common.js";
-import { drawSpeciesSwatch } from "./species_shapes.js";
+import { drawSpeciesSwatch } from "./agents.js";
 
 // Maximum number of listed agents.
 const MAX_LISTED = 40;

@@ -1,17 +1,20 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
-import { showMessage } from "../core/common.js";
-import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
+import { el, showMessage } from "../core/common.js";
 import { ModelTab } from "./model_tab.js";
 import {
   addTypicalRun,
   chooseOpening,
+  findNearestLifetime,
+  formatLifetimeAddress,
   hasWorld,
   loadStudies,
   MissingLifetimeError,
   PRESETS,
+  requireViewable,
 } from "../core/sources.js";
 import { WorldTab } from "./world_tab.js";
+import { readSecondLifetime } from "./world_address.js";
 
 export function mount(root, state, navigate, guide) {
   let requested = state;
@@ -76,4 +79,33 @@ export function mount(root, state, navigate, guide) {
 function describeUnplayable(unplayable) {
   const names = unplayable.map(({ study }) => study).join(", ");
   return `Not playable: ${names}. Choose a study in Results to see why.`;
+}
+
+/**
+ * Throw MissingLifetimeError if the address names lifetimes that cannot be shown.
+ * @param {import("../core/sources.js").Stored} stored
+ * @param {Object<string, string>} state
+ */
+function requireLifetimes(stored, state) {
+  requireViewable(stored, state);
+  const first = findNearestLifetime(stored.studies, state, true);
+  const second = readSecondLifetime(state, first);
+  if (second) findNearestLifetime(stored.studies, second, true);
+}
+
+/**
+ * Return a message with links to lifetimes that exist.
+ * @param {import("../core/sources.js").MissingLifetimeError} error
+ */
+function createMissingNotice({ message, choices }) {
+  const links = choices.map(({ label, life }) =>
+    el("li", {}, el("a", { href: formatLifetimeAddress(life) }, label))
+  );
+  return el(
+    "section",
+    { class: "empty", role: "alert", "data-testid": "missing-lifetime" },
+    el("h1", {}, message),
+    el("p", {}, links.length ? "Available here:" : ""),
+    el("ul", {}, ...links),
+  );
 }

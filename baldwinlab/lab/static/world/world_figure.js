@@ -1,8 +1,8 @@
-/** A map outside the World tab: below it are the eaten items, a list of agents, and zoom buttons. */
+/** A map outside the World tab, with the eaten items, a list of agents, and zoom buttons. */
 
 import { createOptions, el, setText } from "../core/common.js";
 import { WorldMap } from "./world_map.js";
-import { createZoomButtons } from "./zoom_tools.js";
+import { createZoomButtons } from "./gestures.js";
 
 class WorldFigure extends WorldMap {
   constructor(label, testid, callbacks) {

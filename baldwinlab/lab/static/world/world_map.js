@@ -1,9 +1,8 @@
-/** A world on the page: its canvas with zoom, the lifetime that it shows, and the selected agent. */
+/** A world on the page: its canvas with zoom, its lifetime, and the selected agent. */
 
-import { el, setText } from "../core/common.js";
+import { el, setText, Tooltip } from "../core/common.js";
 import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
-import { Tooltip } from "../core/tooltip.js";
 import { WorldView } from "./world_view.js";
 
 // Milliseconds until the map shows that a lifetime is loading.

@@ -5,7 +5,7 @@ import { el } from "../core/common.js";
 import { createFreezerButton } from "./freezer_button.js";
 import { openLifetime } from "./lifetimes.js";
 import { WorldMap } from "./world_map.js";
-import { createZoomButtons } from "./zoom_tools.js";
+import { createZoomButtons } from "./gestures.js";
 
 export class WorldPanel extends LifetimeSelector {
   /**

@@ -2,7 +2,8 @@
 
 import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "../core/common.js";
-import { handleWorldKey } from "./shortcuts.js";
+import { GenerationPlayer } from "./lifetime_selector.js";
+import { handleWorldKey, WorldControls } from "./world_controls.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { Inspector } from "../inspector/inspector.js";
@@ -15,10 +16,8 @@ import {
   formatLifetimeTitle,
   PRESETS,
 } from "../core/sources.js";
-import { CURVE, WORLD } from "../core/topics.js";
-import { GenerationPlayer } from "./generation_player.js";
+import { CURVE, WORLD } from "../core/guide.js";
 import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
-import { WorldControls } from "./world_controls.js";
 import { WorldGroup } from "./world_group.js";
 import { WorldPanel } from "./world_panel.js";
 

@@ -1,24 +1,28 @@
-/** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
+/** Box plots and scatter plots in SVG. The keyboard reaches their points. */
 
 import { el } from "../core/common.js";
 import {
+  bindButtons,
   chooseTicks,
   computeRange,
   createSvg,
+  drawGridLine,
   drawGridRow,
   drawTextLabel,
 } from "../core/drawing.js";
 import { computeQuantile } from "./quantiles.js";
 
-// CSS pixels.
-const TOP = 10;
-const BOTTOM = 8;
-const LEFT = 46;
+// Margins of a box plot, in CSS pixels.
+const BOX_MARGIN = { top: 10, bottom: 8, left: 46 };
 // Half of the width of a box, relative to its slot.
 const BOX_SHARE = 0.34;
 // CSS pixels. Narrower slots have slanted labels, and wider slots do not have wider boxes.
 const MIN_STRAIGHT_SLOT = 110;
 const MAX_HALF_BOX = 36;
+// Side, margins and radius of points of a scatter plot, in SVG units.
+const SCATTER_SIZE = 420;
+const SCATTER_MARGIN = { left: 54, bottom: 46, other: 12 };
+const SCATTER_RADIUS = 6;
 
 /**
  * @typedef {object} Group
@@ -46,7 +50,7 @@ export function drawBoxChart(root, options) {
   root.replaceChildren(el("div", { class: "chart-title" }, title), plot);
   const draw = () =>
     plot.replaceChildren(
-      drawPlot(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
+      drawBoxPlot(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
     );
   draw();
   const sizeObserver = new ResizeObserver(draw);
@@ -54,26 +58,21 @@ export function drawBoxChart(root, options) {
   return { destroy: () => sizeObserver.disconnect() };
 }
 
-function drawPlot(title, groups, width, height) {
-  const isSlanted = (width - LEFT) / groups.length < MIN_STRAIGHT_SLOT;
+function drawBoxPlot(title, groups, width, height) {
+  const isSlanted = (width - BOX_MARGIN.left) / groups.length < MIN_STRAIGHT_SLOT;
   const longest = Math.max(...groups.map((group) => group.label.length));
   // Approximate height of the labels.
-  const bottom = BOTTOM + (isSlanted ? 14 + 4 * longest : 18);
+  const bottom = BOX_MARGIN.bottom + (isSlanted ? 14 + 4 * longest : 18);
   const ticks = chooseTicks(...computeRange(...groups.map((group) => group.values)));
   const [lowest, highest] = [ticks[0], ticks.at(-1)];
-  const scale = (height - TOP - bottom) / (highest - lowest);
+  const scale = (height - BOX_MARGIN.top - bottom) / (highest - lowest);
   const y = (value) => height - bottom - (value - lowest) * scale;
-  const slot = (width - LEFT) / groups.length;
-  const drawing = createSvg("svg", {
-    width,
-    height,
-    viewBox: `0 0 ${width} ${height}`,
-    role: "group",
-    "aria-label": title,
-  });
-  for (const tick of ticks) drawing.append(...drawGridRow(String(tick), LEFT, width, y(tick)));
+  const slot = (width - BOX_MARGIN.left) / groups.length;
+  const drawing = createPlot(title, width, height, { width, height });
+  for (const tick of ticks)
+    drawing.append(...drawGridRow(String(tick), BOX_MARGIN.left, width, y(tick)));
   groups.forEach((group, number) => {
-    const middle = LEFT + slot * (number + 0.5);
+    const middle = BOX_MARGIN.left + slot * (number + 0.5);
     drawing.append(drawLabel(group.label, middle, height - bottom + 16, isSlanted));
     if (group.values.some(Number.isFinite))
       drawing.append(drawBox(group, middle, slot, y), ...drawPoints(group, middle, slot, y));
@@ -141,4 +140,91 @@ export function computeBoxStatistics(values) {
     (value) => value >= first - whiskerLength && value <= third + whiskerLength,
   );
   return { low: Math.min(...inliers), first, median, third, high: Math.max(...inliers) };
+}
+
+/**
+ * @typedef {object} Point
+ * @property {number} x
+ * @property {number} y
+ * @property {string} label for tooltips and screen readers
+ * @property {number} shade from 0 to 1
+ */
+
+/**
+ * Return a plot of points that includes 0, with the same scale on both axes.
+ * @param {{title: string, xLabel: string, yLabel: string, points: Point[], color: string}} options
+ * @param {(index: number) => void} pick called for a click, or Enter on a point
+ */
+export function createScatterChart(options, pick) {
+  const drawing = drawScatterPlot(options);
+  const dots = [...drawing.querySelectorAll("circle")];
+  bindButtons(
+    dots,
+    options.points.map(({ label }) => label),
+    pick,
+  );
+  return el("div", { class: "scatter" }, drawing);
+}
+
+function drawScatterPlot({ title, xLabel, yLabel, points, color }) {
+  const ticks = chooseTicks(...computeRange(points.flatMap(({ x, y }) => [x, y])));
+  const [start, end] = [ticks[0], ticks.at(-1)];
+  const length = SCATTER_SIZE - SCATTER_MARGIN.left - SCATTER_MARGIN.other;
+  const computeShare = (value) => (value - start) / (end - start);
+  const toX = (value) => SCATTER_MARGIN.left + computeShare(value) * length;
+  const toY = (value) =>
+    SCATTER_SIZE - SCATTER_MARGIN.bottom -
+    computeShare(value) * (SCATTER_SIZE - SCATTER_MARGIN.bottom - SCATTER_MARGIN.other);
+  const svg = createPlot(title, SCATTER_SIZE, SCATTER_SIZE);
+  for (const tick of ticks)
+    svg.append(
+      ...drawGridRow(
+        String(tick),
+        SCATTER_MARGIN.left,
+        SCATTER_SIZE - SCATTER_MARGIN.other,
+        toY(tick),
+      ),
+      drawGridLine(
+        toX(tick),
+        SCATTER_MARGIN.other,
+        toX(tick),
+        SCATTER_SIZE - SCATTER_MARGIN.bottom,
+      ),
+      drawTextLabel(String(tick), toX(tick), SCATTER_SIZE - SCATTER_MARGIN.bottom + 18, "middle"),
+    );
+  svg.append(
+    createSvg("line", {
+      x1: toX(start),
+      y1: toY(start),
+      x2: toX(end),
+      y2: toY(end),
+      stroke: "currentColor",
+      "stroke-dasharray": "5 5",
+    }),
+    drawTextLabel(xLabel, SCATTER_MARGIN.left + length / 2, SCATTER_SIZE - 6, "middle"),
+    drawTextLabel(yLabel, 12, SCATTER_SIZE / 2, "middle", {
+      transform: `rotate(-90 12 ${SCATTER_SIZE / 2})`,
+    }),
+    ...points.map(({ x, y, label, shade }) =>
+      createSvg(
+        "circle",
+        {
+          cx: toX(x),
+          cy: toY(y),
+          r: SCATTER_RADIUS,
+          fill: color,
+          "fill-opacity": 0.25 + 0.65 * shade,
+          stroke: color,
+        },
+        createSvg("title", {}, label),
+      )
+    ),
+  );
+  return svg;
+}
+
+/** Return an empty drawing of this size. Without attributes, it has the width of its element. */
+function createPlot(title, width, height, attributes = {}) {
+  const viewBox = `0 0 ${width} ${height}`;
+  return createSvg("svg", { viewBox, role: "group", "aria-label": title, ...attributes });
 }

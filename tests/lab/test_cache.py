@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from baldwinlab.lab.sources.memory import Cache
+from baldwinlab.lab import Cache
 
 
 def fail() -> bytes:
