@@ -6,20 +6,19 @@ takes about a minute.
 """
 
 from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.pages import explorable
-from baldwinlab.lab.pages import single_page
+from baldwinlab.lab.pages import explorable, single_page
 from baldwinlab.lab.sources import binary_frames
-from baldwinlab.lab.sources.life_query import Life
-from baldwinlab.lab.sources.life_query import Span
-from baldwinlab.lab.sources.life_query import StartData
+from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life
-from baldwinlab.simulation.simulate import simulate
-from baldwinlab.simulation.simulate import simulate_batch
-from typing import Any
-import json
-import numpy as np
+from baldwinlab.simulation.simulate import simulate, simulate_batch
 
 # Arrays that change little from row to row.
 DIFFERENCES = ("x", "y", "heading", "sensor", "action", "eaten_in_life")

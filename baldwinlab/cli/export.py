@@ -63,7 +63,7 @@ def write_explorable(source: str, path: Path, *, force: bool = False) -> str:
     """Write the essay on the Baldwin effect whose pictures simulate."""
     # Check the output before the engine is loaded, which takes a while.
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
-    from baldwinlab.lab.pages.explorable.page import render_explorable
+    from baldwinlab.lab.pages.explorable import render_explorable
 
     page = render_explorable()
     write_atomically(path, page)
