@@ -35,8 +35,10 @@ MAX_WORDS = 80
 # The minimum edge of a button on a touch screen, in px.
 MIN_TARGET = 44
 
-# Return the words that are visible in the window, with the selected options.
+# Return the words that are visible in the window, with the selected options. The banner of a server
+# that answers late, as on a machine with other work, is not part of the screen.
 WORDS = """() => {
+    const EXCLUDED = "option, script, .visually-hidden, #connection";
     const isVisible = ({ x, y, width, height }) =>
         width > 0 && x >= 0 && x + width / 2 < innerWidth && y >= 0 && y + height / 2 < innerHeight;
     const words = [];
@@ -44,7 +46,7 @@ WORDS = """() => {
     while (walker.nextNode()) {
         const { currentNode: node } = walker;
         const { parentElement: parent } = node;
-        if (!parent.checkVisibility() || parent.closest("option, script, .visually-hidden"))
+        if (!parent.checkVisibility() || parent.closest(EXCLUDED))
             continue;
         for (const { 0: word, index } of node.data.matchAll(/\\S*[\\p{L}\\p{N}]\\S*/gu)) {
             const range = document.createRange();
