@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from pathlib import Path
+from pathlib import Path, PosixPath, WindowsPath
 from typing import Any, Final, NamedTuple, cast
 from urllib.parse import urlsplit
 
@@ -100,7 +100,7 @@ def parse_location(text: str | Path) -> Path:
 
     For a URL of remote storage it is a UPath, which has the same methods.
     """
-    if isinstance(text, Path) or "://" not in str(text):
+    if isinstance(text, PosixPath | WindowsPath) or "://" not in str(text):
         return Path(text)
     if str(text).startswith("file://"):
         # Imported late: it takes a while to load.
@@ -166,7 +166,8 @@ def read_text(path: Path, kind: FileKind) -> str:
 
 def is_local(path: Path) -> bool:
     """Return whether a path is in the local file system, and not in remote storage."""
-    return isinstance(path, Path)
+    # A UPath of universal-pathlib before version 0.3 is a Path, but not of an operating system.
+    return isinstance(path, PosixPath | WindowsPath)
 
 
 def make_absolute(path: Path) -> Path:

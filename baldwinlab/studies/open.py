@@ -103,7 +103,9 @@ def label_conditions(
         meaning = DIMENSION_MEANINGS[name]
         data[name].attrs = {"long_name": meaning}
     # The encoding of the records has integer types, which cannot store missing values.
-    data = data.drop_encoding()
+    # `Dataset.drop_encoding` reads all values in some versions of xarray.
+    for variable in data.variables.values():
+        variable.encoding = {}
     experiment_texts = [to_toml(study.experiment(name)) for name in names]
     experiments = [study.experiments[name] for name in names]
     outcome = name_outcome(str(data["energy"].attrs.get("long_name", "")), experiments)
