@@ -19,33 +19,43 @@ from baldwinlab.evolution.inheritance import (
     find_teachers,
     has_parent_teachers,
     needs_simulation,
-    remap_parents,
+    remap_parents_of_runs,
     selects_by_lifetimes,
 )
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
+from baldwinlab.evolution.rng_key import (
+    Fitness,
+    GenerationKey,
+    Genome,
+    Parents,
+    RunKeys,
+    Uniforms,
+    make_run_keys,
+)
 from baldwinlab.evolution.selection import select
-from baldwinlab.evolution.stop import is_stopped
+from baldwinlab.evolution.stop import find_stopped_runs
 
 __all__ = [
     "Fitness",
     "GenerationKey",
     "Genome",
     "Parents",
+    "RunKeys",
     "Uniforms",
     "apply_inheritance",
     "breed",
     "compute_learning_cost",
     "draw_genomes",
     "find_archive_fitness",
+    "find_stopped_runs",
     "find_teachers",
     "fitness",
     "has_parent_teachers",
-    "is_stopped",
     "make_founders",
     "make_generation",
+    "make_run_keys",
     "mean_fitness",
     "needs_simulation",
-    "remap_parents",
+    "remap_parents_of_runs",
     "require_fitness_without_archive",
     "require_founders",
     "select",

@@ -7,49 +7,55 @@ child, chosen at random.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, compiled
-from baldwinlab.engine.threads import run_in_ranges
 from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.genes import inherit_genes, make_gene_table, require_finite
 from baldwinlab.evolution.inheritance import apply_teacher_control
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
+from baldwinlab.evolution.rng_key import (
+    Fitness,
+    GenerationKey,
+    Genome,
+    Parents,
+    RunKeys,
+    split_runs,
+)
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
+from baldwinlab.parts.breeding import ITSELF, PartCall, RunArrays, list_part_calls
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.variation import Brood, vary_children, vary_population
-
-# Minimum number of children that a thread makes. It takes some milliseconds.
-MIN_CHILDREN_PER_THREAD: Final = 1_000
 
 
 def make_generation(
     experiment: BaseExperiment,
-    key: GenerationKey,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes | None = None,
-    run_arrays: RunArrays | None = None,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> tuple[Genome, Parents]:
-    """Return the genomes and the parents of the next generation.
+    """Return the genomes and the parents of the next generation of several runs.
 
-    Returns the children's genomes. Their parents are -1 if the inheritance resamples genomes.
+    `genomes` [run, agent, module, weight], `fitness` [run, agent]: the parents' generation. `keys`:
+    keys of the children's generation. Returns the children's genomes and their parents
+    [run, child, 2], which are -1 if the inheritance resamples genomes.
     """
-    parent_settings = experiment.at(key.generation - 1)
+    parent_settings = experiment.at(keys.generation - 1)
     # The error names the responsible parts. The search for them takes time, so a test precedes it.
-    if not np.isfinite(genome).all():
+    if not np.isfinite(genomes).all():
         fields = _fields_that_change_genomes(parent_settings)
-        require_finite(experiment, key.previous(), genome, *fields)
+        require_finite(experiment, keys.previous(), genomes, *fields)
     if parent_settings.part("evolution.inheritance").resamples_genomes:
-        no_parents = np.full((len(genome), 2), -1, np.int32)
-        return draw_genomes(experiment, key), no_parents
-    return breed(parent_settings, genome, fitness, key, lifetimes, run_arrays)
+        no_parents = np.full((*genomes.shape[:2], 2), -1, np.int32)
+        return draw_genomes(experiment, keys), no_parents
+    return breed(parent_settings, keys, genomes, fitness, lifetimes, run_arrays)
 
 
 def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
@@ -66,72 +72,122 @@ def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
 
 def breed(
     experiment: BaseExperiment,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     fitness: Fitness,
-    key: GenerationKey,
     lifetimes: Lifetimes | None = None,
-    run_arrays: RunArrays | None = None,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> tuple[Genome, Parents]:
-    """Select parents and make their children.
+    """Select parents and make their children, in several runs.
 
-    A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
-    the key of the children's generation. The function raises the errors of `make_generation`.
+    A survivor is the only parent of itself: both entries of `parents` are the survivor. The
+    parameters, results and errors are those of `make_generation`.
     """
-    uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     if lifetimes is None:
-        lifetimes = make_lifetimes(genome)
-    lifetimes = lifetimes._replace(genome=genome)
-    parents = select(experiment, fitness, uniforms, lifetimes, key, run_arrays)
-    children = make_children(experiment, key, genome, fitness, parents, run_arrays)
-    return apply_teacher_control(experiment, children, key), parents
+        lifetimes = make_lifetimes(genomes)
+    lifetimes = lifetimes._replace(genome=genomes)
+    uniforms = keys.uniforms(rng.SELECTION, (fitness.shape[1], 2))
+    parents = select(experiment, keys, fitness, uniforms, lifetimes, run_arrays)
+    children = make_children(experiment, keys, genomes, fitness, parents, run_arrays)
+    return apply_teacher_control(experiment, children, keys), parents
 
 
 def make_children(
     experiment: BaseExperiment,
-    key: GenerationKey,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     fitness: Fitness,
     parents: Parents,
-    run_arrays: RunArrays | None = None,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> Genome:
-    """Return the children of `parents` by the variation of an experiment.
+    """Return the children of `parents` [run, child, 2] by the variation of an experiment.
 
     In `parents`, each `ITSELF` is replaced by the survivor. The function raises RefusedError if a
     gene is not finite.
     """
-    _, n_modules, n_weights = genome.shape
     # NaN marks a gene that the variation does not write.
-    children = np.full_like(genome, np.nan)
-    variation, code = breeding_part(experiment, "variation", run_arrays)
+    children = np.full_like(genomes, np.nan)
     # The variation can read the genes of parts, and cannot change them.
-    genes = inherit_genes(experiment, key, genome, parents, children)
-    are_independent = type(variation).part.has_independent_children()
-
-    def breed_range(first: int, end: int) -> None:
-        draws = poison.empty((n_modules * n_weights, 4))
-        brood = Brood(key, genome, fitness, parents, draws, children)
-        if are_independent:
-            cached_jit(breed_independent_children, code)(variation, brood, first, end)
+    genes = inherit_genes(experiment, keys, genomes, parents, children)
+    broods = Broods(keys, genomes, fitness, parents, children)
+    n_runs, n_children = children.shape[:2]
+    for call in list_part_calls(experiment, "variation", n_runs, run_arrays):
+        if type(call.values).part.has_independent_children():
+            # Threads share the children of all runs.
+            children_of_call = range(call.runs.start * n_children, call.runs.stop * n_children)
+            split_runs(children_of_call, 1, partial(_breed_range, call, breed_independent, broods))
         else:
-            cached_jit(breed_children, code)(variation, brood)
-
-    minimum_size = MIN_CHILDREN_PER_THREAD if are_independent else len(children)
-    run_in_ranges(breed_range, len(children), minimum_size)
-    children[:, 0, make_gene_table(experiment).genes] = genes
-    require_finite(experiment, key, children, "evolution.variation")
+            split_runs(call.runs, n_children, partial(_breed_range, call, breed_runs, broods))
+    children[:, :, 0, make_gene_table(experiment).genes] = genes
+    require_finite(experiment, keys, children, "evolution.variation")
     return children
 
 
-def breed_independent_children(
-    variation: Any, brood: Brood, first_child: int, end_child: int
+class Broods(NamedTuple):
+    """The populations, parents and children of several runs."""
+
+    keys: RunKeys  # Keys of the children's generation.
+    genomes: Genome  # [run, agent, module, weight].
+    fitness: Fitness  # [run, agent].
+    parents: Parents  # [run, child, 2].
+    children: Genome  # Output, [run, child, module, weight].
+
+
+def _breed_range(
+    call: PartCall, function: Callable[..., None], broods: Broods, first: int, end: int
 ) -> None:
-    """Create the children of a range, and replace each `ITSELF` in their parents."""
-    vary_children(variation, brood, first_child, end_child)
-    _complete_parents(brood.parents, first_child, end_child)
+    """Call a function that creates children with memory for their random numbers."""
+    _, _, n_modules, n_weights = broods.children.shape
+    draws = poison.empty((n_modules * n_weights, 4))
+    cached_jit(function, call.code)(call.values, broods, draws, first, end)
 
 
+def breed_independent(
+    variation: Any, broods: Broods, draws: Fitness, first_child: int, end_child: int
+) -> None:
+    """Create a range of the children of all runs, which do not depend on each other.
+
+    Child `c` of run `r` has the number r * n + c, with n children in each run.
+    """
+    n_children = broods.children.shape[1]
+    first = first_child
+    while first < end_child:
+        run = first // n_children
+        end = min(end_child, (run + 1) * n_children)
+        brood = Brood(
+            key=GenerationKey(broods.keys.seed, broods.keys.runs[run], broods.keys.generation),
+            genome=broods.genomes[run],
+            fitness=broods.fitness[run],
+            parents=broods.parents[run],
+            draws=draws,
+            children=broods.children[run],
+        )
+        first_of_run = first - run * n_children
+        end_of_run = end - run * n_children
+        vary_children(variation, brood, first_of_run, end_of_run)
+        _complete_parents(brood.parents, first_of_run, end_of_run)
+        first = end
+
+
+def breed_runs(
+    variation: Any, broods: Broods, draws: Fitness, first_run: int, end_run: int
+) -> None:
+    """Create all children of a range of runs."""
+    for run in range(first_run, end_run):
+        brood = Brood(
+            key=GenerationKey(broods.keys.seed, broods.keys.runs[run], broods.keys.generation),
+            genome=broods.genomes[run],
+            fitness=broods.fitness[run],
+            parents=broods.parents[run],
+            draws=draws,
+            children=broods.children[run],
+        )
+        breed_children(variation, brood)
+
+
+@compiled
 def breed_children(variation: Any, brood: Brood) -> None:
-    """Create all children, and replace each `ITSELF` in their parents."""
+    """Create all children of a run, and replace each `ITSELF` in their parents."""
     vary_population(variation, brood)
     _complete_parents(brood.parents, 0, brood.parents.shape[0])
 
@@ -157,8 +213,10 @@ def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: 
     n_agents = len(genome)
     experiment = _mutate_all_genes(experiment)
     itself = np.repeat(np.arange(n_agents, dtype=np.int32)[:, None], 2, axis=1)
-    equal_fitness = np.zeros(n_agents)
-    children = make_children(experiment, key, genome, equal_fitness, itself).reshape(n_agents, -1)
+    equal_fitness = np.zeros((1, n_agents))
+    keys = key.as_run_keys()
+    children = make_children(experiment, keys, genome[None], equal_fitness, itself[None])
+    children = children.reshape(n_agents, -1)
     mutants = genome.reshape(n_agents, -1).copy()
     draws = key.uniforms(rng.SELECTION, (n_agents, 1))[:, 0, 0]
     for mutant, child, draw in zip(mutants, children, draws, strict=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,11 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
-from baldwinlab.evolution.rng_key import Fitness, Genome
+from baldwinlab.evolution.rng_key import Fitness, Genome, split_runs
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import Fitness as FitnessPart
-from baldwinlab.parts.breeding import RunArrays, breeding_part, evaluate, has_run_arrays
-from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
+from baldwinlab.parts.breeding import RunArrays, evaluate, has_run_arrays, list_part_calls
+from baldwinlab.parts.lifetimes import Lifetimes, for_run, read_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 
 
@@ -37,34 +39,40 @@ class Energy(FitnessPart, name="energy"):
 
 
 def fitness(
-    experiment: BaseExperiment, lifetimes: Lifetimes, run_arrays: RunArrays | None = None
+    experiment: BaseExperiment,
+    lifetimes: Lifetimes,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> Fitness:
-    """Compute the fitness of agents with the fitness part, which changes `run_arrays`."""
-    agent_fitness = np.full(len(lifetimes.energy), np.nan)
-    part, code = breeding_part(experiment, "fitness", run_arrays)
-    cached_jit(evaluate_agents, code)(part, lifetimes, agent_fitness)
-    if np.isnan(agent_fitness).any():
+    """Compute the fitness of the agents of several runs, [run, agent], with the fitness part.
+
+    `run_arrays` [run]: the part changes them. Raises `ValueError` if the part gives NaN, or no
+    value, for an agent.
+    """
+    n_runs, n_agents = lifetimes.energy.shape
+    values = np.full((n_runs, n_agents), np.nan)
+    for call in list_part_calls(experiment, "fitness", n_runs, run_arrays):
+        evaluate_range = cached_jit(evaluate_runs, call.code)
+        split_runs(call.runs, n_agents, partial(evaluate_range, call.values, lifetimes, values))
+    if np.isnan(values).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
         )
-    return agent_fitness
+    return values
 
 
 def mean_fitness(
     experiment: BaseExperiment,
     results: LifeResults,
-    run_index: int,
-    genome: Genome,
-    run_arrays: RunArrays | None = None,
+    genomes: Genome,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> Fitness:
-    """Return the fitness of the agents of a run, the mean over their lifetimes.
+    """Return the fitness of agents [run, agent], the mean over their lifetimes.
 
-    `genome`: genomes of the run at birth, [agent, module, weight]. `run_arrays`: the part changes
-    them. Returns fitness, [agent]. Raises `ValueError` if the part gives NaN, or no value, for an
-    agent.
+    `genomes`: genomes at birth, [run, agent, module, weight]. The function changes `run_arrays`
+    and raises ValueError as `fitness` does.
     """
     values = [
-        fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome), run_arrays)
+        fitness(experiment, read_lifetimes(experiment, lifetime, genomes), run_arrays)
         for lifetime in results.lifetimes or (results,)
     ]
     return values[0] if len(values) == 1 else np.mean(values, axis=0)
@@ -94,18 +102,25 @@ def require_fitness_without_archive(experiment: BaseExperiment, purpose: str) ->
         )
 
 
-def evaluate_agents(part: Any, lifetimes: Lifetimes, fitness: Fitness) -> None:
-    """Call the hook `evaluate` of a fitness part."""
-    evaluate(part, lifetimes, fitness)
+_evaluate_run = for_run(evaluate)
+
+
+def evaluate_runs(
+    part: Any, lifetimes: Lifetimes, fitness: Fitness, first_run: int, end_run: int
+) -> None:
+    """Fill `fitness` [run, agent] of a range of runs by the hook `evaluate` of a fitness part."""
+    for run in range(first_run, end_run):
+        _evaluate_run(part, lifetimes, run, fitness[run])
 
 
 def sum_energy(item_energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
-    """Return the energy [agent] from `eaten` [agent, region], the numbers of eaten items.
+    """Return the energy [..., agent] from `eaten` [..., agent, region], numbers of eaten items.
 
     `item_energies` [region] is the energy of one item of each region.
     """
-    energy = poison.empty(len(eaten))
-    sum_region_energy(item_energies, np.ascontiguousarray(eaten), energy)
+    energy = poison.empty(eaten.shape[:-1])
+    eaten_by_agent = np.ascontiguousarray(eaten).reshape(-1, eaten.shape[-1])
+    sum_region_energy(item_energies, eaten_by_agent, energy.reshape(-1))
     return energy
 
 
@@ -130,21 +145,25 @@ def compute_learning_cost(
     """Compute the cost of learning of each agent, in units of energy.
 
     The cost has two terms. The first is proportional to the number of learning steps. The second is
-    proportional to the distance between the action modules at birth and at death. `learned` [agent,
-    weight] is the action module at death. `steps_learned` [agent] is the number of steps in which
-    an agent learned. By default all agents learned in all learning steps.
+    proportional to the distance between the action modules at birth and at death. `genome` [...,
+    agent, module, weight]. `learned` [..., agent, weight] is the action module at death.
+    `steps_learned` [..., agent] is the number of steps in which an agent learned. By default all
+    agents learned in all learning steps. Returns the cost [..., agent].
 
     References
     ----------
     .. [1] G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary
        Computation 4 (1996).
     """
-    cost = np.zeros(len(genome))
+    cost = np.zeros(genome.shape[:-2])
     if experiment.learns:
         steps = experiment.learning_steps if steps_learned is None else steps_learned
         cost += experiment.learning.cost_per_step * steps
         if learned is not None:
-            add_change_cost(float(experiment.learning.cost_per_change), genome, learned, cost)
+            cost_per_change = float(experiment.learning.cost_per_change)
+            genomes = np.ascontiguousarray(genome).reshape(-1, *genome.shape[-2:])
+            weights = np.ascontiguousarray(learned).reshape(-1, learned.shape[-1])
+            add_change_cost(cost_per_change, genomes, weights, cost.reshape(-1))
     return cost
 
 

@@ -9,6 +9,7 @@ Le 2019, section "The neural network controller".
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -16,8 +17,7 @@ import numpy as np
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.engine.threads import run_in_ranges
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.genes import (
     find_faulty_gene,
     require_finite,
@@ -25,7 +25,7 @@ from baldwinlab.evolution.genes import (
     set_initial_genes,
 )
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
-from baldwinlab.evolution.rng_key import GenerationKey, Genome
+from baldwinlab.evolution.rng_key import GenerationKey, Genome, RunKeys, split_runs
 from baldwinlab.evolution.species import derive_key, list_founder_experiments, stack_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
@@ -38,23 +38,32 @@ PURPOSE_BY_MODULE: Final = {
 
 # Number of random words that one call of the generator returns.
 WORDS_PER_CALL: Final = 4
-# Minimum number of founders that a thread draws. It takes some milliseconds.
-MIN_FOUNDERS_PER_THREAD: Final = 1_000
 
 
-def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Return the genomes of the first generation, from genome files or drawn at random."""
+def make_founders(experiment: BaseExperiment, keys: RunKeys) -> Genome:
+    """Return the genomes of the first generation of several runs, [run, agent, module, weight].
+
+    They are from genome files or drawn at random.
+    """
     if experiment.population.species:
         members = list_founder_experiments(experiment)
         genomes_of_species = [
-            make_founders(member, derive_key(key, index)) for index, member in enumerate(members)
+            make_founders(member, derive_key(keys, index)) for index, member in enumerate(members)
         ]
         return stack_genomes(experiment, genomes_of_species)
-    founders = experiment.evolution.founders
-    if not founders:
-        return draw_genomes(experiment, key)
+    if not experiment.evolution.founders:
+        return draw_genomes(experiment, keys)
+    genomes = np.stack(
+        [_sample_founders(experiment, keys.key(run)) for run in range(len(keys.runs))]
+    )
+    require_finite(experiment, keys, genomes, "evolution.founders")
+    return genomes
+
+
+def _sample_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
+    """Return the founders of one run from the genome files."""
     size = experiment.population.size
-    shares = [entry.share for entry in founders]
+    shares = [entry.share for entry in experiment.evolution.founders]
     # Agents `bounds[i]` to `bounds[i + 1] - 1` are from genome file i.
     bounds = np.round(np.cumsum([0, *shares]) * size).astype(int)
     counts = np.diff(bounds).tolist()
@@ -62,9 +71,7 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
         _sample_genomes(experiment, key, file_index, count)
         for file_index, count in enumerate(counts)
     ]
-    genomes = np.concatenate(samples)
-    require_finite(experiment, key, genomes, "evolution.founders")
-    return genomes
+    return np.concatenate(samples)
 
 
 def require_founders(experiment: BaseExperiment, runs: int) -> None:
@@ -123,28 +130,40 @@ def _sample_genomes(
     return np.take(population, sampled_agents, axis=0)
 
 
-def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Draw the genomes of a generation without parents; raise RefusedError if one is not finite."""
+def draw_genomes(experiment: BaseExperiment, keys: RunKeys) -> Genome:
+    """Draw the genomes of a generation without parents; raise RefusedError if one is not finite.
+
+    Returns genomes of several runs, [run, agent, module, weight].
+    """
     if not isinstance(experiment, Experiment):
-        founders = np.ascontiguousarray(
-            experiment.model_part.founders(experiment.population.size, key), np.float32
-        )
-        n_genes = len(experiment.gene_names)
-        if n_genes > 0:
-            founders = np.pad(founders, [(0, 0), (0, 0), (0, n_genes)])
-            set_initial_genes(experiment, founders)
-        require_finite(experiment, key, founders, "model")
+        founders = _draw_founders_of_model(experiment, keys)
+        require_finite(experiment, keys, founders, "model")
         return founders
-    genome = poison.empty(
-        (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
-    )
+    n_agents = experiment.population.size
+    shape = (len(keys.runs), n_agents, len(experiment.modules), experiment.genome_length)
+    genomes = poison.empty(shape, np.float32)
     for module_index, purpose in enumerate(list_module_purposes(experiment)):
-        draw_module(key, purpose, genome, module_index)
+        draw_module(keys, purpose, genomes, module_index)
     variation, _ = breeding_part(experiment, "variation")
-    type(variation).part.init_founders(variation, genome)
-    set_initial_genes(experiment, genome)
-    require_finite(experiment, key, genome, "evolution.variation")
-    return genome
+    for genome in genomes:
+        type(variation).part.init_founders(variation, genome)
+    set_initial_genes(experiment, genomes)
+    require_finite(experiment, keys, genomes, "evolution.variation")
+    return genomes
+
+
+def _draw_founders_of_model(experiment: BaseExperiment, keys: RunKeys) -> Genome:
+    """Draw the founders of several runs with the hook of the model, which is Python."""
+    n_agents = experiment.population.size
+    founders = np.array(
+        [experiment.model_part.founders(n_agents, keys.key(run)) for run in range(len(keys.runs))],
+        np.float32,
+    )
+    n_genes = len(experiment.gene_names)
+    if n_genes > 0:
+        founders = np.pad(founders, [(0, 0)] * 3 + [(0, n_genes)])
+        set_initial_genes(experiment, founders)
+    return founders
 
 
 def list_module_purposes(experiment: Experiment) -> list[int]:
@@ -155,16 +174,31 @@ def list_module_purposes(experiment: Experiment) -> list[int]:
     ]
 
 
-def draw_module(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
-    """Fill one module of `genome` from N(0, 1)."""
-    run_in_ranges(
-        lambda first, end: draw_normal(key, purpose, genome, module, first, end),
-        len(genome),
-        MIN_FOUNDERS_PER_THREAD,
-    )
+def draw_module(keys: RunKeys, purpose: int, genomes: Genome, module: int) -> None:
+    """Fill one module of `genomes` [run, agent, module, weight] from N(0, 1)."""
+    n_runs, n_agents = genomes.shape[:2]
+    fill = partial(_draw_range, keys, purpose, genomes, module)
+    # Threads share the agents of all runs.
+    split_runs(range(n_runs * n_agents), 1, fill)
 
 
 @jit_entry_point
+def _draw_range(
+    keys: RunKeys, purpose: int, genomes: Genome, module: int, first_agent: int, end_agent: int
+) -> None:
+    """Fill one module of a range of the agents of all runs. Agent `a` of run `r` is r * n + a."""
+    n_agents = genomes.shape[1]
+    first = first_agent
+    while first < end_agent:
+        run = first // n_agents
+        end = min(end_agent, (run + 1) * n_agents)
+        key = GenerationKey(keys.seed, keys.runs[run], keys.generation)
+        first_of_run = first - run * n_agents
+        draw_normal(key, purpose, genomes[run], module, first_of_run, end - run * n_agents)
+        first = end
+
+
+@compiled
 def draw_normal(
     key: GenerationKey, purpose: int, genome: Genome, module: int, first_agent: int, end_agent: int
 ) -> None:

@@ -9,7 +9,7 @@ before the variation, which can therefore read them in the genome of the child.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile, power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
+from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents, RunKeys, split_runs
 from baldwinlab.experiment import BaseExperiment, Experiment, registry
 from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.parts.genes import MUTATIONS
@@ -37,19 +37,20 @@ LOG_NORMAL: Final = MUTATIONS.index("log-normal")
 LOG_OF_E: Final = 0.4342944819032518
 
 
-def require_finite(
-    experiment: BaseExperiment, key: GenerationKey, genome: Genome, *paths: str
-) -> None:
-    """Require that all genes are finite, except those that the network or the model declares."""
-    position = find_faulty_gene(experiment, genome)
+def require_finite(experiment: BaseExperiment, keys: RunKeys, genomes: Genome, *paths: str) -> None:
+    """Require that all genes are finite, except those that the network or the model declares.
+
+    `genomes` [run, agent, module, weight].
+    """
+    position = find_faulty_gene(experiment, genomes)
     if position:
-        agent, module, gene = position
+        run, agent, module, gene = position
         parts = " and ".join(f"{path} = {_name_parts(experiment, path)}" for path in paths)
         raise RefusedError(
             f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent "
-            f"{agent} unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
-            f"{key.generation} of run {key.run}; every gene must be a finite number, so correct "
-            "the part, or choose smaller rates"
+            f"{agent} unwritten or not finite ({genomes[position]:g}), in generation "
+            f"{keys.generation} of run {keys.runs[run]}; every gene must be a finite number, so "
+            "correct the part, or choose smaller rates"
         )
 
 
@@ -120,20 +121,23 @@ def trim_genomes(genomes: Genome, experiment: BaseExperiment) -> Genome:
 
 
 def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDArray[np.float32]]:
-    """Return the values of the genes of parts by name, each [agent]."""
+    """Return the values of the genes of parts by name, each [..., agent].
+
+    `genome` [..., agent, module, weight].
+    """
     names = experiment.gene_names
     if not names:
         return {}
     first_gene = experiment.genome_length - len(names)
-    return {name: genome[:, 0, first_gene + index] for index, name in enumerate(names)}
+    return {name: genome[..., 0, first_gene + index] for index, name in enumerate(names)}
 
 
 def set_initial_genes(experiment: BaseExperiment, genome: Genome) -> None:
-    """Set the genes of parts in genomes [agent, module, weight] to their initial values."""
+    """Set the genes of parts in genomes [..., module, weight] to their initial values."""
     genes = experiment.genes
     first_gene = experiment.genome_length - len(genes)
     for gene_index, gene in enumerate(genes.values()):
-        genome[:, 0, first_gene + gene_index] = gene.initial
+        genome[..., 0, first_gene + gene_index] = gene.initial
 
 
 def require_genes_in_range(experiment: BaseExperiment, genome: Genome, path: str) -> None:
@@ -154,37 +158,46 @@ def require_genes_in_range(experiment: BaseExperiment, genome: Genome, path: str
 
 def inherit_genes(
     experiment: BaseExperiment,
-    key: GenerationKey,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     parents: Parents,
     children: Genome,
 ) -> Genome:
     """Write the inherited and mutated genes of parts into `children`, and return a copy of them.
 
-    - `genome` [agent, module, weight]: genomes of the parents' generation.
-    - `parents` [child, 2]: parents of each child. The second one of a survivor is `ITSELF`.
-    - `children` [child, module, weight]: output: the genes of the children.
+    - `genomes` [run, agent, module, weight]: genomes of the parents' generation.
+    - `parents` [run, child, 2]: parents of each child. The second one of a survivor is `ITSELF`.
+    - `children` [run, child, module, weight]: output: the genes of the children.
 
-    Returns [child, gene]: the genes. Without genes of parts, it has no columns.
+    Returns [run, child, gene]: the genes. Without genes of parts, it has no columns.
     """
     table = make_gene_table(experiment)
     if len(table.values) > 0:
-        _inherit_all(table, key, genome, parents, children)
-    return children[:, 0, table.genes].copy()
+        arguments = (table, keys, genomes, parents, children)
+        split_runs(range(len(genomes)), len(genomes[0]), partial(_inherit_in_runs, *arguments))
+    return children[:, :, 0, table.genes].copy()
 
 
 @jit_entry_point
-def _inherit_all(
-    table: GeneTable, key: GenerationKey, genome: Genome, parents: Parents, children: Genome
+def _inherit_in_runs(
+    table: GeneTable,
+    keys: RunKeys,
+    genomes: Genome,
+    parents: Parents,
+    children: Genome,
+    first_run: int,
+    end_run: int,
 ) -> None:
-    for child in range(children.shape[0]):
-        first = genome[parents[child, 0]]
-        if parents[child, 1] == ITSELF:
-            for gene in range(table.first, table.first + table.values.shape[0]):
-                children[child, 0, gene] = first[0, gene]
-        else:
-            second = genome[parents[child, 1]]
-            mix_genes(table, key, child, (first, second), children[child])
+    for run in range(first_run, end_run):
+        key = GenerationKey(keys.seed, keys.runs[run], keys.generation)
+        for child in range(children.shape[1]):
+            first = genomes[run, parents[run, child, 0]]
+            if parents[run, child, 1] == ITSELF:
+                for gene in range(table.first, table.first + table.values.shape[0]):
+                    children[run, child, 0, gene] = first[0, gene]
+            else:
+                second = genomes[run, parents[run, child, 1]]
+                mix_genes(table, key, child, (first, second), children[run, child])
 
 
 @compiled

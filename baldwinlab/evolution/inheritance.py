@@ -20,25 +20,33 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison, rng
-from baldwinlab.engine.jit import cached_jit, jit_entry_point
+from baldwinlab.engine.jit import cached_jit, compiled, jit_entry_point
 from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_module
-from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
+from baldwinlab.evolution.rng_key import (
+    Fitness,
+    GenerationKey,
+    Genome,
+    Parents,
+    RunKeys,
+    split_runs,
+)
 from baldwinlab.evolution.selection import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import (
     Inheritance,
     RunArrays,
     assign_teachers,
-    breeding_part,
     has_run_arrays,
     inherit,
+    list_part_calls,
 )
 from baldwinlab.parts.selection import reads_lifetimes
 from baldwinlab.parts.variation import OneGenome
@@ -106,24 +114,27 @@ class NoInheritance(Inheritance, name="none"):
 
 def apply_inheritance(
     experiment: BaseExperiment,
-    genome: Genome,
+    genomes: Genome,
     learned: Genome | None,
-    run_arrays: RunArrays | None = None,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> Genome:
-    """Return the inherited genomes, from the genomes at birth and `learned`.
+    """Return the inherited genomes of several runs, from the genomes at birth and `learned`.
 
-    `learned` [agent, weight] is the action module at death, or None if it is not needed. The part
-    changes `run_arrays`, the arrays of the run.
+    `genomes` [run, agent, module, weight]. `learned` [run, agent, weight] is the action module at
+    death, or None if it is not needed. `run_arrays` [run]: the part changes them.
     """
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
-        return genome
-    innate = np.ascontiguousarray(genome)
+        return genomes
+    innate = np.ascontiguousarray(genomes)
     inherited = innate.copy()
-    poison.fill(inherited[:, 0, : learned.shape[1]])
-    compiled_part, code = breeding_part(experiment, "inheritance", run_arrays)
+    n_runs, n_agents, n_weights = learned.shape
+    poison.fill(inherited[:, :, 0, :n_weights])
     has_teachers = "reinforcement" in experiment.modules
-    cached_jit(inherit_all, code)(compiled_part, has_teachers, innate, learned, inherited)
+    for call in list_part_calls(experiment, "inheritance", n_runs, run_arrays):
+        inherit_range = cached_jit(inherit_runs, call.code)
+        arguments = (call.values, has_teachers, innate, learned, inherited)
+        split_runs(call.runs, n_agents, partial(inherit_range, *arguments))
     return inherited
 
 
@@ -158,6 +169,13 @@ def _reads_lifetimes(experiment: BaseExperiment) -> bool:
 
 
 @jit_entry_point
+def remap_parents_of_runs(origins: Parents, parents: Parents) -> None:
+    """Apply `remap_parents` to the parents of all runs: `origins` [run, agent, 2]."""
+    for run in range(parents.shape[0]):
+        remap_parents(origins[run], parents[run])
+
+
+@compiled
 def remap_parents(origin: Parents, parents: Parents) -> None:
     """Replace parents that were born during a lifetime by their ancestors at its beginning.
 
@@ -174,6 +192,21 @@ def remap_parents(origin: Parents, parents: Parents) -> None:
             parents[child, 1] = origin[second, ancestor_index]
 
 
+def inherit_runs(
+    part: Any,
+    has_teachers: bool,
+    genomes: Genome,
+    learned: Genome,
+    inherited: Genome,
+    first_run: int,
+    end_run: int,
+) -> None:
+    """Fill the inherited genomes of a range of runs, see `inherit_all`."""
+    for run in range(first_run, end_run):
+        inherit_all(part, has_teachers, genomes[run], learned[run], inherited[run])
+
+
+@compiled
 def inherit_all(
     part: Any, has_teachers: bool, genome: Genome, learned: Genome, inherited: Genome
 ) -> None:
@@ -185,39 +218,57 @@ def inherit_all(
             assign_teachers(part, genome[agent, 0], learned[agent], taught)
 
 
-def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: GenerationKey) -> Genome:
-    """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
+def apply_teacher_control(experiment: BaseExperiment, genomes: Genome, keys: RunKeys) -> Genome:
+    """Apply the control `learning.teacher` to the reinforcement modules of a new generation.
+
+    `genomes` [run, child, module, weight].
+    """
     if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
-        return genome
+        return genomes
     if experiment.learning.teacher == "shuffled":
-        return _shuffle_teachers(genome, key)
-    return _draw_teachers(genome, key) if experiment.learning.teacher == "fresh" else genome
+        return _shuffle_teachers(genomes, keys)
+    return _draw_teachers(genomes, keys) if experiment.learning.teacher == "fresh" else genomes
 
 
-def _shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Return genomes whose reinforcement modules are permuted among the children."""
-    permuted = poison.empty(genome.shape, genome.dtype)
-    permute_teachers(genome, _draw_teacher_order(len(genome), key), permuted)
+def _shuffle_teachers(genomes: Genome, keys: RunKeys) -> Genome:
+    """Return genomes whose reinforcement modules are permuted among the children of a run."""
+    permuted = poison.empty(genomes.shape, genomes.dtype)
+    _permute_teachers_of_runs(genomes, _draw_teacher_orders(genomes.shape[1], keys), permuted)
     return permuted
 
 
-def _draw_teacher_order(n_children: int, key: GenerationKey) -> Order:
-    """Return a random permutation of the children: child `i` gets the teacher of `order[i]`."""
-    order = poison.empty(n_children, np.int64)
+def _draw_teacher_orders(n_children: int, keys: RunKeys) -> Order:
+    """Return a random permutation of the children of each run, [run, child].
+
+    Child `i` gets the teacher of child `order[i]`.
+    """
+    orders = poison.empty((len(keys.runs), n_children), np.int64)
     # One number for each child.
-    draws = key.uniforms(rng.TEACHER, (n_children, 1))[:, 0, 0]
-    sort_by(draws, draws, order)
-    return order
+    draws = np.ascontiguousarray(keys.uniforms(rng.TEACHER, (n_children, 1))[:, :, 0, 0])
+    _sort_in_runs(draws, orders)
+    return orders
 
 
-def _draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
+@jit_entry_point
+def _sort_in_runs(draws: Fitness, orders: Order) -> None:
+    for run in range(orders.shape[0]):
+        sort_by(draws[run], draws[run], orders[run])
+
+
+def _draw_teachers(genomes: Genome, keys: RunKeys) -> Genome:
     """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
-    redrawn = genome.copy()
-    draw_module(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
+    redrawn = genomes.copy()
+    draw_module(keys, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
     return redrawn
 
 
 @jit_entry_point
+def _permute_teachers_of_runs(genomes: Genome, orders: Order, permuted: Genome) -> None:
+    for run in range(genomes.shape[0]):
+        permute_teachers(genomes[run], orders[run], permuted[run])
+
+
+@compiled
 def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
     """Copy `genome` to `permuted`; child `i` gets the reinforcement module of child `order[i]`."""
     for child in range(genome.shape[0]):
@@ -242,5 +293,6 @@ def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) 
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None
     if experiment.learning.teacher == "shuffled":
-        return parents[_draw_teacher_order(len(parents), key)]
+        (order,) = _draw_teacher_orders(len(parents), key.as_run_keys())
+        return parents[order]
     return parents

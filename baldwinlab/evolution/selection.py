@@ -13,7 +13,9 @@ interpretations of this section (R4).
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,65 +23,128 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, compiled, jit_entry_point
 from baldwinlab.engine.rng import SELECTION_STREAM, Stream
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, Parents, RunKeys, Uniforms, split_runs
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
-from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
+from baldwinlab.parts.breeding import ITSELF, PartCall, RunArrays, list_part_calls
+from baldwinlab.parts.lifetimes import Lifetimes, for_run, make_lifetimes
 from baldwinlab.parts.selection import Generation, mark_survivors
 from baldwinlab.parts.selection import select as select_by_scheme
-
-FIRST_GENERATION: Final = GenerationKey(seed=0, run=0, generation=0)
 
 
 def select(
     experiment: BaseExperiment,
+    keys: RunKeys,
     fitness: Fitness,
     uniforms: Uniforms,
     lifetimes: Lifetimes | None = None,
-    key: GenerationKey = FIRST_GENERATION,
-    run_arrays: RunArrays | None = None,
+    run_arrays: Sequence[RunArrays] | None = None,
 ) -> Parents:
-    """Select two parents for each child, the fitter one first.
+    """Select two parents for each child of several runs, the fitter one first.
 
-    - `fitness`: [agent].
-    - `uniforms`: uniform numbers in (0, 1), [child, 2, 4].
-    - `run_arrays`: the scheme changes them.
+    - `fitness`: [run, agent].
+    - `uniforms`: uniform numbers in (0, 1), [run, child, 2, 4].
+    - `run_arrays` [run]: the scheme changes them.
 
-    Returns agents, [child, 2]. If the two parents are equally fit, the order of the draws remains.
-    A survivor has `ITSELF` as its second parent.
+    Returns agents, [run, child, 2]. If the two parents are equally fit, the order of the draws
+    remains. A survivor has `ITSELF` as its second parent.
     """
-    scheme, code = breeding_part(experiment, "selection", run_arrays)
-    minimum = type(scheme).part.minimum_fitness
+    n_runs, n_agents = fitness.shape
+    minimum = type(experiment.part("evolution.selection")).minimum_fitness
     setting = f"evolution.selection = {experiment.evolution.selection!r}"
-    agent = find_invalid_fitness(fitness, minimum)
-    if agent >= 0:
+    index = find_invalid_fitness(fitness.ravel(), minimum)
+    if index >= 0:
         allowed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
             if minimum == 0
             else "a finite number"
         )
         raise ValueError(
-            f"{setting}: the fitness of agent {agent} is {fitness[agent]:g} and must be {allowed}"
+            f"{setting}: the fitness of agent {index % n_agents} is {fitness.flat[index]:g} and "
+            f"must be {allowed}"
         )
-    n_agents = fitness.size
-    parents = np.full((len(uniforms), 2), -1, np.int32)
+    parents = np.full((n_runs, uniforms.shape[1], 2), -1, np.int32)
     if lifetimes is None:
-        lifetimes = make_lifetimes(np.empty((n_agents, 0, 0), np.float32))
-    generation = Generation(
-        stream=Stream(*key, purpose=SELECTION_STREAM),
-        lifetimes=lifetimes,
-        fitness=fitness,
-        uniforms=uniforms,
-        shares=poison.empty(n_agents),
-        order=poison.empty(n_agents, np.int64),
-        parents=parents,
-    )
-    cached_jit(select_parents, code)(scheme, experiment.evolution.elite, generation)
-    if has_invalid_parent(parents, n_agents):
+        lifetimes = make_lifetimes(np.empty((n_runs, n_agents, 0, 0), np.float32))
+    selections = Selections(keys, fitness, uniforms, parents)
+    elite = experiment.evolution.elite
+    for call in list_part_calls(experiment, "selection", n_runs, run_arrays):
+        split_runs(call.runs, n_agents, partial(_select_range, call, elite, selections, lifetimes))
+    if has_invalid_parent(parents.reshape(-1, 2), n_agents):
         raise ValueError(f"{setting} chose a parent that is none of the {n_agents} agents")
     return parents
 
 
+class Selections(NamedTuple):
+    """Arguments and results of the selection in several runs."""
+
+    keys: RunKeys
+    fitness: Fitness  # [run, agent].
+    uniforms: Uniforms  # [run, child, 2, 4].
+    parents: Parents  # Output, [run, child, 2].
+
+
+class Scratch(NamedTuple):
+    """Memory that a selection uses for one run after another."""
+
+    shares: Fitness  # [agent].
+    order: npt.NDArray[np.int64]  # [agent].
+
+
+def _select_range(
+    call: PartCall,
+    elite: int,
+    selections: Selections,
+    lifetimes: Lifetimes,
+    first_run: int,
+    end_run: int,
+) -> None:
+    """Fill the parents of a range of runs."""
+    n_agents = selections.fitness.shape[1]
+    scratch = Scratch(poison.empty(n_agents), poison.empty(n_agents, np.int64))
+    select_in_range = cached_jit(select_in_runs, call.code)
+    select_in_range(call.values, elite, selections, scratch, lifetimes, first_run, end_run)
+
+
+@compiled
+def _select_with_lifetimes(
+    scheme: Any,
+    lifetimes: Lifetimes,
+    run: int,
+    elite: int,
+    selections: Selections,
+    scratch: Scratch,
+) -> None:
+    keys = selections.keys
+    generation = Generation(
+        stream=Stream(keys.seed, keys.runs[run], keys.generation, SELECTION_STREAM),
+        lifetimes=lifetimes,
+        fitness=selections.fitness[run],
+        uniforms=selections.uniforms[run],
+        shares=scratch.shares,
+        order=scratch.order,
+        parents=selections.parents[run],
+    )
+    select_parents(scheme, elite, generation)
+
+
+_select_in_run = for_run(_select_with_lifetimes)
+
+
+def select_in_runs(
+    scheme: Any,
+    elite: int,
+    selections: Selections,
+    scratch: Scratch,
+    lifetimes: Lifetimes,
+    first_run: int,
+    end_run: int,
+) -> None:
+    """Fill the parents of a range of runs by a scheme."""
+    for run in range(first_run, end_run):
+        _select_in_run(scheme, lifetimes, run, run, elite, selections, scratch)
+
+
+@compiled
 def select_parents(scheme: Any, elite: int, generation: Generation) -> None:
     """Fill the parents by a scheme, the fitter one first. The elite replaces the first children."""
     select_by_scheme(scheme, generation)

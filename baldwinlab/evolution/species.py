@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
+from baldwinlab.evolution.rng_key import Genome, Parents, RunKeys
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
 
@@ -35,9 +35,9 @@ def derive_seed(seed: int, species: int) -> int:
     return int(words[species, 0, 0]) >> 1
 
 
-def derive_key(key: GenerationKey, species: int) -> GenerationKey:
-    """Return the key of the random numbers of a species in a generation."""
-    return key._replace(seed=derive_seed(key.seed, species))
+def derive_key(keys: RunKeys, species: int) -> RunKeys:
+    """Return the keys of the random numbers of a species in a generation of several runs."""
+    return keys._replace(seed=derive_seed(keys.seed, species))
 
 
 def list_initial_species(experiment: BaseExperiment) -> SpeciesIndices:
@@ -76,21 +76,27 @@ def _with_modules(member: BaseExperiment, longest: BaseExperiment) -> BaseExperi
 
 
 def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Genome:
-    """Return the genomes of all species as one array, with 0 where a genome has no entry."""
-    n_agents = sum(map(len, genomes))
-    shape = (n_agents, len(experiment.modules), experiment.genome_length)
+    """Return the genomes of all species as one array, with 0 where a genome has no entry.
+
+    `genomes`: genomes of each species, [run, agent, module, weight].
+    """
+    n_agents = sum(genome.shape[1] for genome in genomes)
+    shape = (len(genomes[0]), n_agents, len(experiment.modules), experiment.genome_length)
     stacked = np.zeros(shape, np.float32)
     first_agent = 0
     for genome in genomes:
-        end = first_agent + len(genome)
-        _, n_modules, n_weights = genome.shape
-        stacked[first_agent:end, :n_modules, :n_weights] = genome
+        _, n_members, n_modules, n_weights = genome.shape
+        end = first_agent + n_members
+        stacked[:, first_agent:end, :n_modules, :n_weights] = genome
         first_agent = end
     return stacked
 
 
-def draw_species(key: GenerationKey, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
-    """Return the species of each child: that of one of its parents, with equal probability."""
-    draws = key.uniforms(rng.SPECIES_OF_CHILD, (len(parents), 1))[:, 0, 0]
-    donors = np.where(draws < 0.5, parents[:, 0], parents[:, 1])
-    return species[donors]
+def draw_species(keys: RunKeys, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
+    """Return the species of each child: that of one of its parents, with equal probability.
+
+    `species` [run, agent], `parents` [run, child, 2]. Returns species [run, child].
+    """
+    draws = keys.uniforms(rng.SPECIES_OF_CHILD, (parents.shape[1], 1))[:, :, 0, 0]
+    donors = np.where(draws < 0.5, parents[..., 0], parents[..., 1])
+    return np.take_along_axis(species, donors, axis=1)

@@ -1,8 +1,11 @@
-"""Breeding of a population with several species, which compete within or across species."""
+"""Breeding of a population with several species, which compete within or across species.
+
+The runs of a call have the same species at the same indices of agents.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +15,7 @@ from baldwinlab.evolution.breeding import make_children, make_generation
 from baldwinlab.evolution.fitness import fitness as compute_fitness
 from baldwinlab.evolution.genes import require_finite, trim_genomes
 from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
-from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
+from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, RunKeys
 from baldwinlab.evolution.selection import select
 from baldwinlab.evolution.species import (
     SpeciesIndices,
@@ -23,24 +26,28 @@ from baldwinlab.evolution.species import (
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.parts.breeding import ITSELF, RunArrays
-from baldwinlab.parts.lifetimes import Lifetimes, select_lifetimes
+from baldwinlab.parts.lifetimes import Lifetimes, map_arrays
 from baldwinlab.parts.variation import vary_population
 
 SpeciesArrays = dict[int, RunArrays]
 """Arrays of the run by index of the species."""
 
 
-def _select_run_arrays(arrays_of_species: SpeciesArrays | None, index: int) -> RunArrays | None:
-    """Return the arrays of the run of a species, in which its parts keep their changes."""
-    return None if arrays_of_species is None else arrays_of_species.setdefault(index, {})
+def _select_run_arrays(
+    arrays_of_runs: Sequence[SpeciesArrays] | None, index: int
+) -> list[RunArrays] | None:
+    """Return the arrays of a species by run, in which its parts keep their changes."""
+    if arrays_of_runs is None:
+        return None
+    return [arrays_of_species.setdefault(index, {}) for arrays_of_species in arrays_of_runs]
 
 
 class Offspring(NamedTuple):
-    """The next generation of a population with several species."""
+    """The next generation of several runs with several species."""
 
-    genome: Genome  # Genomes, [child, module, weight], species after species.
-    parents: Parents  # Parents in the previous generation, [child, 2].
-    species: SpeciesIndices  # Species of each child, in ascending order.
+    genomes: Genome  # Genomes, [run, child, module, weight], species after species.
+    parents: Parents  # Parents in the previous generation, [run, child, 2].
+    species: SpeciesIndices  # Species of each child, [run, child], in ascending order.
 
 
 class Member(NamedTuple):
@@ -52,125 +59,151 @@ class Member(NamedTuple):
 
 
 def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iterator[Member]:
-    """Yield each species that has agents, for agents that are numbered species after species."""
+    """Yield each species that has agents, for agents that are numbered species after species.
+
+    `species` [agent].
+    """
     for index, member in enumerate(experiment.species_experiments()):
         first_agent, end = np.searchsorted(species, [index, index + 1]).tolist()
         if end > first_agent:
             yield Member(index, member, slice(first_agent, end))
 
 
-def compute_species_fitness(
-    experiment: BaseExperiment, lifetimes: Lifetimes, arrays_of_species: SpeciesArrays | None = None
-) -> Fitness:
-    """Return the fitness of all agents, each by the fitness part of its species.
+def _select_agents(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
+    """Return the lifetimes of some agents of all runs."""
+    return map_arrays(lifetimes, lambda values: np.ascontiguousarray(values[:, agents]))
 
-    The parts change `arrays_of_species`, the arrays of the run by species.
+
+def compute_species_fitness(
+    experiment: BaseExperiment,
+    lifetimes: Lifetimes,
+    arrays_of_runs: Sequence[SpeciesArrays] | None = None,
+) -> Fitness:
+    """Return the fitness of all agents [run, agent], each by the fitness part of its species.
+
+    The parts change `arrays_of_runs`, the arrays of each run by species.
     """
-    agent_fitness = np.empty(len(lifetimes.energy))
-    for index, member, agents in iterate_members(experiment, lifetimes.species):
-        member_lifetimes = select_lifetimes(lifetimes, agents)
+    values = np.empty_like(lifetimes.energy)
+    for index, member, agents in iterate_members(experiment, lifetimes.species[0]):
+        member_lifetimes = _select_agents(lifetimes, agents)
         used_genomes = trim_genomes(member_lifetimes.genome, member)
-        agent_fitness[agents] = compute_fitness(
+        values[:, agents] = compute_fitness(
             member,
             member_lifetimes._replace(genome=used_genomes),
-            _select_run_arrays(arrays_of_species, index),
+            _select_run_arrays(arrays_of_runs, index),
         )
-    return agent_fitness
+    return values
 
 
 def inherit_within_species(
     experiment: BaseExperiment,
     lifetimes: Lifetimes,
     learned: Genome | None,
-    arrays_of_species: SpeciesArrays | None = None,
+    arrays_of_runs: Sequence[SpeciesArrays] | None = None,
 ) -> Genome:
     """Return the inherited genomes of all agents, each by the inheritance of its species.
 
-    `learned` [agent, weight] is the first module at death, or None if no species needs it. The
-    parts change `arrays_of_species`, the arrays of the run by species.
+    `learned` [run, agent, weight] is the first module at death, or None if no species needs it. The
+    parts change `arrays_of_runs`, the arrays of each run by species.
     """
-    genome = lifetimes.genome
+    genomes = lifetimes.genome
     if learned is None:
-        return genome
-    inherited = genome.copy()
-    for index, member, agents in iterate_members(experiment, lifetimes.species):
-        learned_weights = np.ascontiguousarray(learned[agents, : member.weight_count])
-        used = trim_genomes(genome[agents], member)
-        _, n_modules, n_weights = used.shape
-        run_arrays = _select_run_arrays(arrays_of_species, index)
+        return genomes
+    inherited = genomes.copy()
+    for index, member, agents in iterate_members(experiment, lifetimes.species[0]):
+        learned_weights = np.ascontiguousarray(learned[:, agents, : member.weight_count])
+        used = trim_genomes(genomes[:, agents], member)
+        _, _, n_modules, n_weights = used.shape
+        run_arrays = _select_run_arrays(arrays_of_runs, index)
         changed = apply_inheritance(member, used, learned_weights, run_arrays)
-        inherited[agents, :n_modules, :n_weights] = changed
+        inherited[:, agents, :n_modules, :n_weights] = changed
     return inherited
 
 
 def make_offspring(
     experiment: BaseExperiment,
-    key: GenerationKey,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes,
-    arrays_of_species: SpeciesArrays | None = None,
+    arrays_of_runs: Sequence[SpeciesArrays] | None = None,
 ) -> Offspring:
-    """Return the next generation of a population with several species.
+    """Return the next generation of several runs with several species.
 
     `lifetimes`: results of the parents' generation. The species are in ascending order.
     """
-    settings = experiment.at(key.generation - 1)
+    settings = experiment.at(keys.generation - 1)
     species = lifetimes.species
     if settings.evolution.compete == ACROSS:
-        return _breed_across(settings, key, genome, fitness, lifetimes, arrays_of_species)
-    genomes = []
-    parents = np.full((len(species), 2), -1, np.int32)
-    for index, member, agents in iterate_members(settings, species):
+        return _breed_across(settings, keys, genomes, fitness, lifetimes, arrays_of_runs)
+    genomes_of_species = []
+    parents = np.full((*species.shape, 2), -1, np.int32)
+    for index, member, agents in iterate_members(settings, species[0]):
         children, parents_in_species = make_generation(
             member,
-            derive_key(key, index),
-            trim_genomes(genome[agents], member),
-            fitness[agents],
-            select_lifetimes(lifetimes, agents),
-            _select_run_arrays(arrays_of_species, index),
+            derive_key(keys, index),
+            trim_genomes(genomes[:, agents], member),
+            np.ascontiguousarray(fitness[:, agents]),
+            _select_agents(lifetimes, agents),
+            _select_run_arrays(arrays_of_runs, index),
         )
-        genomes.append(children)
+        genomes_of_species.append(children)
         # A negative number means that a child has no parent.
         has_parent = parents_in_species >= 0
-        parents[agents] = parents_in_species + np.where(has_parent, agents.start, 0)
-    return Offspring(stack_genomes(experiment, genomes), parents, species)
+        parents[:, agents] = parents_in_species + np.where(has_parent, agents.start, 0)
+    return Offspring(stack_genomes(experiment, genomes_of_species), parents, species)
 
 
 def _breed_across(
     experiment: BaseExperiment,
-    key: GenerationKey,
-    genome: Genome,
+    keys: RunKeys,
+    genomes: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes,
-    arrays_of_species: SpeciesArrays | None,
+    arrays_of_runs: Sequence[SpeciesArrays] | None,
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
     The variation and the teacher control of its species apply to a child.
     """
     members = experiment.species_experiments()
-    require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
-    uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
+    require_finite(experiment, keys.previous(), genomes, "model", "evolution.inheritance")
+    uniforms = keys.uniforms(rng.SELECTION, (genomes.shape[1], 2))
     # The selection is equal for all species.
-    run_arrays = _select_run_arrays(arrays_of_species, 0)
-    parents = select(
-        members[0], fitness, uniforms, lifetimes._replace(genome=genome), key, run_arrays
-    )
+    run_arrays = _select_run_arrays(arrays_of_runs, 0)
+    lifetimes = lifetimes._replace(genome=genomes)
+    parents = select(members[0], keys, fitness, uniforms, lifetimes, run_arrays)
     # The second parent of a survivor is the survivor, too.
-    complete_parents = np.where(parents == ITSELF, parents[:, :1], parents)
-    species_of_children = draw_species(key, lifetimes.species, complete_parents)
-    order = np.argsort(species_of_children, kind="stable")
-    sorted_species = species_of_children[order]
-    children = np.empty_like(genome)
-    for index, member, agents in iterate_members(experiment, sorted_species):
-        run_arrays = _select_run_arrays(arrays_of_species, index)
-        parents_in_species = parents.copy()
-        if type(member.part("evolution.variation")).vary_population is vary_population.default:
-            # The children of other species are copied, because a copy is faster than variation.
-            # Their numbers remain, because the random numbers of a child depend on its number.
-            parents_in_species[species_of_children != index, 1] = ITSELF
-        all_children = make_children(member, key, genome, fitness, parents_in_species, run_arrays)
-        varied = all_children[order[agents]]
-        children[agents] = apply_teacher_control(member, varied, derive_key(key, index))
-    return Offspring(children, complete_parents[order], sorted_species)
+    complete_parents = np.where(parents == ITSELF, parents[..., :1], parents)
+    species_of_children = draw_species(keys, lifetimes.species, complete_parents)
+    order = np.argsort(species_of_children, axis=1, kind="stable")
+    offspring = Offspring(
+        genomes=np.empty_like(genomes),
+        parents=np.take_along_axis(complete_parents, order[..., None], axis=1),
+        species=np.take_along_axis(species_of_children, order, axis=1),
+    )
+    for run in range(len(genomes)):
+        # The number of children of a species differs between the runs.
+        selected = slice(run, run + 1)
+        keys_of_run = keys._replace(runs=keys.runs[selected])
+        for index, member, agents in iterate_members(experiment, offspring.species[run]):
+            run_arrays = _select_run_arrays(arrays_of_runs and arrays_of_runs[selected], index)
+            parents_in_species = parents[selected].copy()
+            if type(member.part("evolution.variation")).vary_population is vary_population.default:
+                # The children of other species are copied, because a copy is faster than variation.
+                # Their numbers remain, because the random numbers of a child depend on its number.
+                parents_in_species[species_of_children[selected] != index, 1] = ITSELF
+            children = make_children(
+                member,
+                keys_of_run,
+                genomes[selected],
+                fitness[selected],
+                parents_in_species,
+                run_arrays,
+            )
+            varied = children[:, order[run, agents]]
+            species_keys = derive_key(keys_of_run, index)
+            offspring.genomes[selected, agents] = apply_teacher_control(
+                member, varied, species_keys
+            )
+    return offspring

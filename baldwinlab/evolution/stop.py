@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.phases import per_run
-from baldwinlab.evolution.rng_key import Fitness
+from baldwinlab.evolution.rng_key import Fitness, split_runs
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.breeding import RunArrays, Stop, breeding_part, should_stop
-from baldwinlab.parts.lifetimes import Lifetimes
+from baldwinlab.parts.breeding import RunArrays, Stop, list_part_calls, should_stop
+from baldwinlab.parts.lifetimes import Lifetimes, for_run
 
 
 class NoStop(Stop, name="none"):
@@ -97,21 +100,52 @@ class Fixation(Stop, name="fixation"):
         return True
 
 
-def is_stopped(
+def find_stopped_runs(
     experiment: BaseExperiment,
     lifetimes: Lifetimes,
     fitness: Fitness,
     generation: int,
-    run_arrays: RunArrays | None = None,
-) -> bool:
-    """Return whether the stop part of an experiment ends a run. The part changes `run_arrays`."""
+    run_arrays: Sequence[RunArrays] | None = None,
+) -> npt.NDArray[np.bool_]:
+    """Return which runs the stop part of an experiment ends, [run].
+
+    `fitness` [run, agent]. `run_arrays` [run]: the part changes them.
+    """
+    n_runs, n_agents = fitness.shape
+    is_stopped = np.zeros(n_runs, np.bool_)
     # Most experiments have no stop part, and need no compiled code for it.
     if experiment.evolution.stop == NoStop.name:
-        return False
-    part, code = breeding_part(experiment, "stop", run_arrays)
-    return bool(cached_jit(call_stop, code)(part, lifetimes, fitness, generation))
+        return is_stopped
+    for call in list_part_calls(experiment, "stop", n_runs, run_arrays):
+        stop_range = cached_jit(stop_runs, call.code)
+        arguments = (call.values, lifetimes, fitness, generation, is_stopped)
+        split_runs(call.runs, n_agents, partial(stop_range, *arguments))
+    return is_stopped
 
 
-def call_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
-    """Call the hook `should_stop` of a stop part."""
-    return should_stop(part, lifetimes, fitness, generation)  # type: ignore[no-any-return]
+@compiled
+def _stop(
+    part: Any,
+    lifetimes: Lifetimes,
+    fitness: Fitness,
+    generation: int,
+    is_stopped: npt.NDArray[np.bool_],
+) -> None:
+    is_stopped[0] = should_stop(part, lifetimes, fitness, generation)
+
+
+_stop_run = for_run(_stop)
+
+
+def stop_runs(
+    part: Any,
+    lifetimes: Lifetimes,
+    fitness: Fitness,
+    generation: int,
+    is_stopped: npt.NDArray[np.bool_],
+    first_run: int,
+    end_run: int,
+) -> None:
+    """Fill `is_stopped` [run] of a range of runs by the hook `should_stop` of a stop part."""
+    for run in range(first_run, end_run):
+        _stop_run(part, lifetimes, run, fitness[run], generation, is_stopped[run : run + 1])

@@ -70,7 +70,7 @@ def draw_alleles(key: GenerationKey, agents: int, loci: int, unset_share: float)
 def draw_normal_numbers(key: GenerationKey, agents: int, weights: int) -> Genomes:
     """Draw founders with one module [agent, 1, weight] from N(0, 1)."""
     genomes = poison.empty((agents, 1, weights), np.float32)
-    draw_module(key, FOUNDER, genomes, 0)
+    draw_module(key.as_run_keys(), FOUNDER, genomes[None], 0)
     return genomes
 
 

@@ -9,9 +9,9 @@ arrays. Only `vary_population` draws random numbers, with its key.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,31 @@ def breeding_part(
             stored[key] = np.full(shape, array.fill, array.dtype)
         arrays[name] = stored[key]
     return values._replace(**arrays), code
+
+
+class PartCall(NamedTuple):
+    """How to call the hooks of a part that creates generations, for some runs of a batch."""
+
+    values: Any  # The first argument of the hooks.
+    code: tuple[Callable[..., Any], ...]
+    runs: range
+
+
+def list_part_calls(
+    experiment: Any, field: str, n_runs: int, run_arrays: Sequence[RunArrays] | None = None
+) -> list[PartCall]:
+    """Return how to call a part for `n_runs` runs: one call, or one per run with its arrays.
+
+    `run_arrays` [run]: see `breeding_part`.
+    """
+    if not has_run_arrays(experiment.part(f"evolution.{field}")):
+        return [PartCall(*_compile_part(experiment, field), range(n_runs))]
+    return [
+        PartCall(
+            *breeding_part(experiment, field, run_arrays and run_arrays[run]), range(run, run + 1)
+        )
+        for run in range(n_runs)
+    ]
 
 
 @lru_cache(maxsize=64)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.jit import register
+from baldwinlab.engine.numba_internals.lowering import named_tuple_class
 from baldwinlab.parts.model_part import LifeResults
 
 RECORDS_PREFIX: Final = "Records("
@@ -63,18 +65,19 @@ def make_lifetimes(
     """Return lifetimes from arrays. A missing array has zeros, and a missing position is NaN.
 
     `records`: recorded variables by name, each [agent]. `species` [agent]: species of each agent.
-    Returns contiguous arrays of the declared types.
+    The lifetimes of several runs have a first dimension `run` in all arrays. Returns contiguous
+    arrays of the declared types.
     """
-    n_agents = len(genome)
+    shape = genome.shape[:-2]
     values = dict(records or {})
     return Lifetimes(
-        energy=_array_of(energy, np.float64, (n_agents,), 0),
-        cost=_array_of(cost, np.float64, (n_agents,), 0),
-        eaten=_array_of(eaten, np.int32, (n_agents, 0), 0),
-        position=_array_of(position, np.float32, (n_agents, 2), np.nan),
+        energy=_array_of(energy, np.float64, shape, 0),
+        cost=_array_of(cost, np.float64, shape, 0),
+        eaten=_array_of(eaten, np.int32, (*shape, 0), 0),
+        position=_array_of(position, np.float32, (*shape, 2), np.nan),
         records=records_class(tuple(values))(*map(np.ascontiguousarray, values.values())),
         genome=_array_of(genome, np.float32, genome.shape, 0),
-        species=_array_of(species, np.int32, (n_agents,), 0),
+        species=_array_of(species, np.int32, shape, 0),
     )
 
 
@@ -86,50 +89,79 @@ def _array_of(
     return np.ascontiguousarray(values, dtype)
 
 
-def lifetimes_of_run(
+def read_lifetimes(
     experiment: Any,
     results: LifeResults,
-    run_index: int,
-    genome: npt.NDArray[np.float32],
+    genomes: npt.NDArray[np.float32],
     species: npt.NDArray[np.int32] | None = None,
 ) -> Lifetimes:
-    """Return the lifetimes of one run of a batch.
+    """Return the lifetimes of the runs of a batch. All arrays have the first dimension `run`.
 
-    `genome` [agent, module, weight]: genomes at birth. Those of the agents at the end replace them
-    if agents were born. `species` [agent]: number of the species of each agent.
+    `genomes` [run, agent, module, weight]: genomes at birth. Those of the agents at the end replace
+    them if agents were born. `species` [run, agent]: number of the species of each agent.
     """
     final_population = results.final_population
     return make_lifetimes(
-        genome if final_population is None else final_population.genome[run_index],
-        results.energy[run_index],
-        results.cost[run_index],
-        eaten=None if results.eaten is None else results.eaten[run_index],
-        position=None if results.position is None else results.position[run_index],
+        genomes if final_population is None else final_population.genome,
+        results.energy,
+        results.cost,
+        eaten=results.eaten,
+        position=results.position,
         records={
-            name: np.asarray(results.records[name][run_index], dtype)
+            name: np.asarray(results.records[name], dtype)
             for name, dtype in record_types(experiment).items()
         },
         species=species,
     )
 
 
-def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
-    """Return the lifetimes of some agents, as views of the arrays."""
-    records = lifetimes.records._make(values[agents] for values in lifetimes.records)
-    selected = {
-        name: getattr(lifetimes, name)[agents] for name in Lifetimes._fields if name != "records"
-    }
-    return Lifetimes(records=records, **selected)
+def map_arrays(
+    lifetimes: Lifetimes, function: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
+) -> Lifetimes:
+    """Return lifetimes whose arrays are the results of a function of each array."""
+    records = lifetimes.records._make(map(function, lifetimes.records))
+    return Lifetimes._make(
+        records if values is lifetimes.records else function(values) for values in lifetimes
+    )
+
+
+def add_run_dimension(lifetimes: Lifetimes) -> Lifetimes:
+    """Return the lifetimes of one run as those of a batch."""
+    return map_arrays(lifetimes, lambda values: values[None])
+
+
+def for_run(function: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that calls `function` with the lifetimes of one run of a batch.
+
+    Compiled code calls `function(part, lifetimes, *arguments)` as
+    `for_run(function)(part, batch, run, *arguments)`. The arrays of `batch` have the first
+    dimension `run`. A function that returns the lifetimes of a run would have to count references
+    to its arrays, so they are created at the place of the call.
+    """
+
+    def generic(part: Any, batch: Lifetimes, run: int, *arguments: Any) -> None:
+        function(part, map_arrays(batch, lambda values: values[run]), *arguments)
+
+    def choose(part: Any, batch: Any, run: Any, *arguments: Any) -> Any:
+        records = named_tuple_class(batch.types[Lifetimes._fields.index("records")])
+        fields = {name: f"batch.{name}[run]" for name in Lifetimes._fields}
+        # The type of the records depends on the experiment. Without fields it has no arrays.
+        values = ", ".join(f"batch.records.{name}[run]" for name in records._fields)
+        fields["records"] = f"Records({values})" if values else "batch.records"
+        lifetimes = ", ".join(f"{name}={value}" for name, value in fields.items())
+        source = f"lambda part, batch, run, *rest: function(part, Lifetimes({lifetimes}), *rest)"
+        return eval(source, {"function": function, "Lifetimes": Lifetimes, "Records": records})
+
+    return register(generic, choose)
 
 
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
     """Return lifetimes without energy and with records of 0."""
-    records = {
-        name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
-    }
+    shape = genome.shape[:-2]
+    records = {name: np.zeros(shape, dtype) for name, dtype in record_types(experiment).items()}
     n_regions = len(experiment.world.food) if experiment.model == "miniworld" else 0
     return make_lifetimes(
-        genome, eaten=np.zeros((len(genome), max(1, n_regions)), np.int32), records=records
+        genome, eaten=np.zeros((*shape, max(1, n_regions)), np.int32), records=records
     )
 
 

@@ -22,7 +22,7 @@ from typing import Any, Final
 
 from baldwinlab.engine.cache import cache_root
 from baldwinlab.engine.threads import available_cores
-from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
+from baldwinlab.evolution import draw_genomes, fitness, make_generation, make_run_keys
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
@@ -125,12 +125,11 @@ def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], No
 
 def _compile_evolution(experiment: Experiment) -> None:
     """Compile the evolution operators by one call of each."""
-    founder_key = GenerationKey(seed=0, run=0, generation=0)
-    child_key = GenerationKey(seed=0, run=0, generation=1)
-    genome = draw_genomes(experiment, founder_key)
-    lifetimes = empty_lifetimes(experiment, genome)
+    genomes = draw_genomes(experiment, make_run_keys(0, [0], generation=0))
+    lifetimes = empty_lifetimes(experiment, genomes)
     parent_fitness = fitness(experiment, lifetimes)
-    make_generation(experiment, child_key, genome, parent_fitness, lifetimes)
+    child_keys = make_run_keys(0, [0], generation=1)
+    make_generation(experiment, child_keys, genomes, parent_fitness, lifetimes)
 
 
 def _start_compilation(experiments: list[Experiment]) -> subprocess.Popen[bytes]:

@@ -33,7 +33,7 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.parts import model_part
-from baldwinlab.parts.lifetimes import lifetimes_of_run
+from baldwinlab.parts.lifetimes import read_lifetimes
 from baldwinlab.simulation.replay import recompute_genomes, require_simulated
 
 
@@ -79,13 +79,8 @@ def reevaluate_species(
     simulator = make_simulator(experiment, seed, runs)
     results = simulator.simulate(generation, genomes, sizes_of_runs)
     settings = experiment.at(generation)
-    lifetimes_of_runs = [
-        lifetimes_of_run(settings, results, run_index, genome, species)
-        for run_index, genome in enumerate(genomes)
-    ]
-    return np.stack(
-        [compute_species_fitness(settings, lifetimes) for lifetimes in lifetimes_of_runs]
-    )
+    lifetimes = read_lifetimes(settings, results, genomes, np.tile(species, (len(runs), 1)))
+    return compute_species_fitness(settings, lifetimes)
 
 
 def make_batch(
@@ -117,13 +112,9 @@ def collect_outcomes(experiment: Experiment, batch: CpuBatch, genomes: Genome) -
 def _make_outcomes(
     experiment: BaseExperiment, results: model_part.LifeResults, genomes: Genome
 ) -> Outcomes:
-    fitness_of_runs = [
-        mean_fitness(experiment, results, run_index, genome)
-        for run_index, genome in enumerate(genomes)
-    ]
     first_module = genomes[:, :, 0, : experiment.weight_count]
     return Outcomes(
-        energy=np.stack(fitness_of_runs),
+        energy=mean_fitness(experiment, results, genomes),
         weights=first_module if results.learned is None else results.learned,
         has_learned_weights=results.learned is not None,
     )
@@ -167,10 +158,11 @@ def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[
         if generation in stored_generations or needs_simulation(experiment):
             genome = restore_genomes(experiment, record, generation)
         else:
-            genome, _ = make_generation(
+            genomes, _ = make_generation(
                 experiment,
-                _key_of_record(record, generation),
-                genome,
-                fitness=record.energy.values[generation - 1],
+                _key_of_record(record, generation).as_run_keys(),
+                genome[None],
+                fitness=record.energy.values[None, generation - 1],
             )
+            (genome,) = genomes
         yield genome

@@ -185,7 +185,8 @@ def recompute_agents(
     if not experiment.population.species:
         return Agents(recompute_genomes(experiment, key, energy), None)
     if key.generation == 0:
-        return Agents(make_founders(experiment, key), list_initial_species(experiment))
+        (founders,) = make_founders(experiment, key.as_run_keys())
+        return Agents(founders, list_initial_species(experiment))
     dataset = _simulate_generation(experiment, key)
     genome = np.asarray(dataset["genome"].values, np.float32)
     return Agents(genome, dataset["species"].values)
@@ -211,17 +212,22 @@ def recompute_genomes(
     _, _, generation = key
     has_species = bool(experiment.population.species)
     if not has_species and experiment.part("evolution.inheritance").resamples_genomes:
-        return draw_genomes(experiment, key)
+        return draw_genomes(experiment, key.as_run_keys())[0]
     if needs_simulation(experiment) and generation > 0:
         return np.asarray(_simulate_generation(experiment, key)["genome"].values, np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)
-    founder_key = key._replace(generation=0)
-    first, genome = start or (0, make_founders(experiment, founder_key))
+    keys = key.as_run_keys()
+    first = 0
+    if start is None:
+        genomes = make_founders(experiment, keys._replace(generation=0))
+    else:
+        first, genome = start
+        genomes = genome[None]
     for earlier in range(first, generation):
         assert energy is not None
-        child_key = key._replace(generation=earlier + 1)
+        child_keys = keys._replace(generation=earlier + 1)
         # In a dataset of several conditions, NaN follows the agents of a small population.
-        fitness = energy.values[earlier, : len(genome)]
-        genome, _ = make_generation(experiment, child_key, genome, fitness)
-    return genome
+        fitness = energy.values[None, earlier, : genomes.shape[1]]
+        genomes, _ = make_generation(experiment, child_keys, genomes, fitness)
+    return genomes[0]

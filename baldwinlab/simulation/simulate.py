@@ -18,7 +18,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_backend
-from baldwinlab.simulation.history import BranchStart, History
+from baldwinlab.simulation.history import BranchStart, Histories, History
 from baldwinlab.simulation.memory import estimate_simulation
 
 
@@ -97,53 +97,43 @@ def simulate_histories(
     `record.genome_every`-th generation and of the last one.
     """
     check_seed(seed, *runs)
-    histories = [History(experiment, seed, run) for run in runs]
-    continue_histories(histories, backend, after_generation)
-    return histories
+    batch = Histories(experiment, seed, runs)
+    continue_histories(batch, backend, after_generation)
+    return batch.histories
 
 
 def continue_histories(
-    histories: Sequence[History],
+    batch: Histories,
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> None:
-    """Simulate the missing generations of several histories in one batch.
+    """Simulate the missing generations of the runs of a batch.
 
     `after_generation`: called with all histories after each generation. A stopped run has fewer
     generations. An error that the function raises stops the batch. Raises `RefusedError` if the
     first simulated generation differs from the stored one.
     """
-    first_history = histories[0]
-    experiment = first_history.experiment
-    continued: list[History] = []
-    for generation in range(first_history.n_generations, experiment.evolution.generations):
-        active = [history for history in histories if not history.is_stopped]
-        if not active:
+    experiment = batch.experiment
+    n_active = 0
+    for generation in range(batch.n_generations, experiment.evolution.generations):
+        if len(batch.active) == 0:
             break
         # The simulator has a world for each run that continues.
-        if active != continued:
-            continued = active
-            runs = [history.run for history in active]
-            simulator = make_simulator(experiment, first_history.seed, runs, backend)
-        genomes = np.stack([history.genome for history in active])
-        sizes = _count_species(experiment, active)
-        results = simulator.simulate(generation, genomes, *sizes)
-        for run_index, history in enumerate(active):
-            history.add(generation, results, run_index)
-        after_generation(histories)
+        if len(batch.active) != n_active:
+            n_active = len(batch.active)
+            runs = batch.runs[batch.active].tolist()
+            simulator = make_simulator(experiment, batch.seed, runs, backend)
+        sizes = _count_species(batch)
+        batch.add(generation, simulator.simulate(generation, batch.genomes, *sizes))
+        after_generation(batch.histories)
 
 
-def _count_species(
-    experiment: BaseExperiment, histories: Sequence[History]
-) -> list[npt.NDArray[np.int64]]:
+def _count_species(batch: Histories) -> list[npt.NDArray[np.int64]]:
     """Return the number of agents by run and species, or an empty list without species."""
-    n_species = len(experiment.population.species)
-    counts = [
-        count_agents(history.species, n_species)
-        for history in histories
-        if history.species is not None
-    ]
-    return [np.stack(counts)] if counts else []
+    if batch.species is None:
+        return []
+    n_species = len(batch.experiment.population.species)
+    return [np.stack([count_agents(species, n_species) for species in batch.species])]
 
 
 def check_seed(seed: int, *runs: int) -> None:
@@ -189,16 +179,9 @@ def evolve_genomes(
         # The genomes of earlier generations are not needed.
         record={"genome_every": generations.stop},
     )
-    histories = [
-        History(extended, seed, run, start=BranchStart(generations.start, run_genomes))
-        for run, run_genomes in zip(runs, genomes, strict=True)
-    ]
-    continue_histories(histories, after_generation=lambda _: after_generation())
-    genomes_at_end = []
-    for history in histories:
-        _, run_genomes = history.saved_genomes_until(generations.stop - 1)
-        genomes_at_end.append(run_genomes)
+    batch = Histories(extended, seed, runs, start=BranchStart(generations.start, genomes))
+    continue_histories(batch, after_generation=lambda _: after_generation())
     return Branch(
-        genomes=np.stack(genomes_at_end),
-        fitness=np.stack([history.energy[generations.start :] for history in histories]),
+        genomes=batch.saved_genomes[generations.stop - 1].genomes,
+        fitness=batch.fitness[:, generations.start :],
     )

@@ -13,7 +13,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.models.miniworld.backends.cpu import is_large
-from baldwinlab.simulation.history import History
+from baldwinlab.simulation.history import Histories, History
 from baldwinlab.simulation.memory import MAX_BYTES_PER_FILE, MIN_RUNS_PER_BATCH, runs_per_file
 from baldwinlab.simulation.records import BatchKeys, encode_history, make_batch
 from baldwinlab.simulation.simulate import continue_histories
@@ -215,23 +215,29 @@ class RunTask(NamedTuple):
             n_done = len(simulated) + n_omitted
             report_progress(n_done * self.agent_steps_per_generation)
 
-        for histories in self._begin_histories(seed, directory, runs):
-            if n_found := sum(history.n_generations - self.n_stored for history in histories):
+        for batch in self._begin_batches(seed, directory, runs):
+            if n_found := (batch.n_generations - self.n_stored) * len(batch.runs):
                 report_progress(n_found * self.agent_steps_per_generation)
-            continue_histories(histories, backend, after_generation)
+            continue_histories(batch, backend, after_generation)
 
-    def _begin_histories(
+    def _begin_batches(
         self, seed: int, directory: Path, runs: Mapping[int, StoredLength | None]
-    ) -> list[list[History]]:
-        """Return the histories of runs, grouped by their numbers of stored generations."""
-        histories_by_generations: dict[int, list[History]] = {}
+    ) -> Iterator[Histories]:
+        """Yield the histories of runs with the same number of stored generations."""
+        new_runs: list[int] = []
+        records: dict[int, dict[int, xr.Dataset]] = {}
         for run, stored in runs.items():
             record = None
             if self.n_stored or stored:
                 record = read_longest_record(directory, self.experiment, seed, run)
-            history = History(self.experiment, seed, run, record)
-            histories_by_generations.setdefault(history.n_generations, []).append(history)
-        return list(histories_by_generations.values())
+            if record is None:
+                new_runs.append(run)
+            else:
+                records.setdefault(record.sizes["generation"], {})[run] = record
+        if new_runs:
+            yield Histories(self.experiment, seed, new_runs)
+        for record_by_run in records.values():
+            yield Histories(self.experiment, seed, [*record_by_run], [*record_by_run.values()])
 
 
 def count_omitted_generations(history: History) -> int:

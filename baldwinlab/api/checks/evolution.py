@@ -23,12 +23,12 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.jit import cached_jit
 from baldwinlab.engine.rng import Stream
 from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_genomes, select
-from baldwinlab.evolution.fitness import evaluate_agents
+from baldwinlab.evolution.fitness import evaluate_runs
 from baldwinlab.evolution.inheritance import inherit_all
 from baldwinlab.evolution.selection import select_parents
-from baldwinlab.evolution.stop import call_stop
+from baldwinlab.evolution.stop import stop_runs
 from baldwinlab.parts.breeding import ITSELF, breeding_part
-from baldwinlab.parts.lifetimes import make_lifetimes
+from baldwinlab.parts.lifetimes import add_run_dimension, make_lifetimes
 from baldwinlab.parts.part import overridden_hooks
 from baldwinlab.parts.selection import Generation, reads_lifetimes
 
@@ -93,22 +93,27 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[DrawnPopulati
     experiment = group.experiment.replace(population={"size": POPULATION_SIZE})
     random = np.random.default_rng(group.seed)
     values = part_values(experiment, part)
-    genome = draw_genomes(experiment, GenerationKey(group.seed, 0, 0))
+    first_key = GenerationKey(group.seed, 0, 0)
+    (genome,) = draw_genomes(experiment, first_key.as_run_keys())
     for generation in range(1, GENERATIONS + 1):
         fitness = np.round(random.uniform(0, 4, POPULATION_SIZE), 1)
-        key = GenerationKey(group.seed, 0, generation)
+        key = first_key._replace(generation=generation)
         yield DrawnPopulation(experiment, values, genome, fitness, key)
-        genome, _ = breed(experiment, genome, fitness, key)
+        (genome,), _ = breed(experiment, key.as_run_keys(), genome[None], fitness[None])
 
 
 def compare_children(group: PartGroup, part: Any) -> None:
     """Compare a variation of complete populations. The draws of the oracle are [child][draw][4]."""
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
-        uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
-        parents = select(experiment, fitness, uniforms, make_lifetimes(genome)).tolist()
+        keys = key.as_run_keys()
+        genomes = genome[None]
+        uniforms = keys.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
+        (parents,) = select(
+            experiment, keys, fitness[None], uniforms, make_lifetimes(genomes)
+        ).tolist()
         draws = key.uniforms(rng.INHERITANCE, (POPULATION_SIZE, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
-        children, _ = breed(experiment, genome, fitness, key)
+        (children,), _ = breed(experiment, keys, genomes, fitness[None])
         _require_close(children, expected, f"in generation {key.generation}, the population")
 
 
@@ -202,7 +207,8 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
         fitness = arrays["fitness"]
         # The hook changes arrays of the run.
         values_before = copy.deepcopy(values)
-        cached_jit(evaluate_agents, code)(values, arrays["lifetimes"], fitness)
+        batch = add_run_dimension(arrays["lifetimes"])
+        cached_jit(evaluate_runs, code)(values, batch, fitness[None], 0, 1)
         expected = part.oracle(values_before, lists["lifetimes"])
         _require_close(fitness, expected, f"in round {round_number}, fitness")
 
@@ -215,11 +221,12 @@ def compare_stop(group: PartGroup, part: Any) -> None:
     for round_number, _, arrays, lists in _draw_rounds(group, part):
         lifetimes.append(lists["lifetimes"])
         fitness.append(lists["fitness"])
-        stops = bool(
-            cached_jit(call_stop, code)(
-                values, arrays["lifetimes"], arrays["fitness"], round_number
-            )
+        is_stopped = np.zeros(1, np.bool_)
+        batch = add_run_dimension(arrays["lifetimes"])
+        cached_jit(stop_runs, code)(
+            values, batch, arrays["fitness"][None], round_number, is_stopped, 0, 1
         )
+        (stops,) = is_stopped.tolist()
         expected = bool(part.oracle(values, lifetimes, fitness))
         if stops != expected:
             raise FailsError(

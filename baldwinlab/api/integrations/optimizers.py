@@ -197,11 +197,7 @@ class Problem:
     ) -> tuple[Numbers, Numbers]:
         settings = self.experiment.at(generation)
         results, behavior = self._simulate(settings, runs, generation, genomes)
-        values = [
-            mean_fitness(settings, results, world, world_genomes)
-            for world, world_genomes in enumerate(genomes)
-        ]
-        return np.concatenate(values), behavior
+        return mean_fitness(settings, results, genomes).ravel(), behavior
 
     def _simulate(
         self, settings: BaseExperiment, runs: Sequence[int], generation: int, genomes: Genomes

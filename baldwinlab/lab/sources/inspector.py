@@ -333,7 +333,9 @@ def _find_parents(life: Life, start: StartData) -> Parents:
     # The selection may depend on the genomes of the parents, not on those of the agents.
     genomes = recompute_genomes(life.experiment, key.previous(), start.fitness)
     fitness = start.fitness.values[key.generation - 1]
-    _, parent_pairs = make_generation(life.experiment, key, genomes, fitness)
+    _, (parent_pairs,) = make_generation(
+        life.experiment, key.as_run_keys(), genomes[None], fitness[None]
+    )
     return parent_pairs
 
 
@@ -346,7 +348,9 @@ def _find_parents_of_children(
     if start.parents is not None and child_generation < len(start.parents):
         return np.asarray(start.parents.values[child_generation])
     child_key = life.key._replace(generation=child_generation)
-    _, parent_pairs = make_generation(life.experiment, child_key, start.genomes, fitness)
+    _, (parent_pairs,) = make_generation(
+        life.experiment, child_key.as_run_keys(), start.genomes[None], fitness[None]
+    )
     return parent_pairs
 
 

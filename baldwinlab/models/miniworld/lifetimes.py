@@ -78,7 +78,7 @@ def _collect_lifetime(
     first_lane = repeat * math.prod(shape)
     final_population = None
     added_records: dict[str, Any] = {}
-    steps_learned: Any = [None] * len(genomes)
+    steps_learned = None
     if experiment.births_in_life:
         state = batch.state
         runs = slice(len(genomes))
@@ -93,14 +93,9 @@ def _collect_lifetime(
     if experiment.part_records:
         added_records |= read_part_records(batch.state, shape, first_lane)
     item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
-    weights_by_run = [None] * len(genomes) if learned_weights is None else learned_weights
-    costs = [
-        compute_learning_cost(experiment, genome, weights, steps)
-        for genome, weights, steps in zip(genomes, weights_by_run, steps_learned, strict=True)
-    ]
     return LifeResults(
-        energy=np.stack([sum_energy(item_energies, eaten_in_run) for eaten_in_run in eaten]),
-        cost=np.stack(costs),
+        energy=sum_energy(item_energies, eaten),
+        cost=compute_learning_cost(experiment, genomes, learned_weights, steps_learned),
         learned=learned_weights,
         records=eaten_by_kind(experiment, eaten) | added_records,
         final_population=final_population,

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.evolution import GenerationKey, Genome, make_founders
+from baldwinlab.evolution import Genome, make_founders, make_run_keys
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.conditions import find_control
 from baldwinlab.simulation.simulate import Branch, evolve_genomes, simulate_histories
@@ -143,8 +143,7 @@ def fit_genomes(genomes: Genome, sample: Sample) -> Genome:
     shared = genomes[:, :, :n_modules, :n_genes]
     if (n_modules, n_genes) == layout:
         return np.ascontiguousarray(shared)
-    keys = [GenerationKey(sample.seed, run, 0) for run in sample.runs]
-    fitted = np.stack([make_founders(experiment, key) for key in keys])
+    fitted = make_founders(experiment, make_run_keys(sample.seed, sample.runs, 0))
     fitted[:, :, :n_modules, :n_genes] = shared
     return fitted
 

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution import (
-    GenerationKey,
     Genome,
     apply_inheritance,
     make_founders,
     make_generation,
+    make_run_keys,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
@@ -77,9 +77,7 @@ def measure(sample: Sample) -> Arrays:
     shape = (len(compared), len(NEWBORNS), n_life_kinds, len(sample.runs), n_agents)
     energy = np.full(shape, np.nan)
     control = experiment.neutral_control()
-    genomes = np.stack(
-        [make_founders(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
-    )
+    genomes = make_founders(experiment, make_run_keys(sample.seed, sample.runs, 0))
     for generation in range(experiment.evolution.generations):
         is_compared = generation in compared
         learners = None
@@ -123,15 +121,12 @@ def _next_controls(
 ) -> Genome:
     """Return the next generation of the control, [run, agent, module, weight]."""
     # Equal fitness: no parent counts as the fitter one.
-    fitness = np.zeros(control.population.size)
-    learned_weights = [None] * len(sample.runs) if learners is None else learners.weights
-    children = []
-    for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True):
-        child_key = GenerationKey(sample.seed, run, generation + 1)
-        inherited = apply_inheritance(control.at(generation), genome, weights)
-        child_genomes, _ = make_generation(control, child_key, inherited, fitness)
-        children.append(child_genomes)
-    return np.stack(children)
+    fitness = np.zeros(genomes.shape[:2])
+    learned_weights = None if learners is None else learners.weights
+    inherited = apply_inheritance(control.at(generation), genomes, learned_weights)
+    keys = make_run_keys(sample.seed, sample.runs, generation + 1)
+    children, _ = make_generation(control, keys, inherited, fitness)
+    return children
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:

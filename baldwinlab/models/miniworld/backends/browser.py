@@ -62,13 +62,7 @@ from baldwinlab.parts.variation import Brood
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
 # The entry points compile these kernels into their own code.
-for _kernel in (
-    simulate_simultaneous,
-    simulate_sequential,
-    inherit_all,
-    select_parents,
-    breed_children,
-):
+for _kernel in (simulate_simultaneous, simulate_sequential):
     compiled(_kernel)
 
 
