@@ -45,7 +45,7 @@ def _select_run_arrays(
 class Offspring(NamedTuple):
     """The next generation of several runs with several species."""
 
-    genomes: Genome  # Genomes, [run, child, module, weight], species after species.
+    genome: Genome  # Genomes, [run, child, module, weight], species after species.
     parents: Parents  # Parents in the previous generation, [run, child, 2].
     species: SpeciesIndices  # Species of each child, [run, child], in ascending order.
 
@@ -178,7 +178,7 @@ def _breed_across(
     species_of_children = draw_species(keys, lifetimes.species, complete_parents)
     order = np.argsort(species_of_children, axis=1, kind="stable")
     offspring = Offspring(
-        genomes=np.empty_like(genomes),
+        genome=np.empty_like(genomes),
         parents=np.take_along_axis(complete_parents, order[..., None], axis=1),
         species=np.take_along_axis(species_of_children, order, axis=1),
     )
@@ -203,7 +203,5 @@ def _breed_across(
             )
             varied = children[:, order[run, agents]]
             species_keys = derive_key(keys_of_run, index)
-            offspring.genomes[selected, agents] = apply_teacher_control(
-                member, varied, species_keys
-            )
+            offspring.genome[selected, agents] = apply_teacher_control(member, varied, species_keys)
     return offspring

@@ -341,7 +341,7 @@ class Histories:
                 lifetimes_of_group,
                 arrays,
             )
-            children[rows] = offspring.genomes
+            children[rows] = offspring.genome
             species[rows] = offspring.species
             self.parents[self.active[rows], self.n_generations] = offspring.parents
         self.genomes = children

@@ -15,7 +15,7 @@ import baldwinlab as bl
 from baldwinlab.api.compete import _simulate_lives
 from baldwinlab.api.freezer import read_genome_file
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.frames import WorldCursor
@@ -28,6 +28,7 @@ from baldwinlab.simulation.replay import replay_genomes
 from baldwinlab.studies.assays.catalog import get_assay, load_assays
 from baldwinlab.studies.assays.reaction import list_settings
 from baldwinlab.studies.assays.unseen_maps import draw_maps
+from tests.evolution.single_runs import draw_genomes
 from tests.worlds import make_small_experiment
 
 CHANGED = 2

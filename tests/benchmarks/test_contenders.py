@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from baldwinlab.core.variables import TRACE_VARIABLES, make_dataset
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from benchmarks.setting import from_dict, from_experiment
+from tests.evolution.single_runs import draw_genomes
 from tests.models.miniworld.test_transitions import Comparison, start_in_food
 from tests.worlds import make_small_experiment
 

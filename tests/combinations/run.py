@@ -19,16 +19,16 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.records import as_run
 from baldwinlab.engine import poison
 from baldwinlab.engine.phases import Array
-from baldwinlab.evolution import GenerationKey, fitness
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld import birth
 from baldwinlab.models.miniworld.allocation import array_holders
 from baldwinlab.models.miniworld.birth import replace_agent
-from baldwinlab.parts.lifetimes import lifetimes_of_run
 from baldwinlab.simulation.records import read_run_arrays
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.combinations.draw import Settings, find_accepted_experiment
+from tests.evolution.single_runs import fitness, lifetimes_of_run
 from tests.models.miniworld.plain import disable_compilation
 
 SEED: Final = 8

@@ -9,10 +9,11 @@ import numpy.typing as npt
 from scipy.stats import chisquare
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import GenerationKey, Parents, select
+from baldwinlab.evolution import GenerationKey, Parents
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.lifetimes import Lifetimes
+from tests.evolution.single_runs import select
 
 # The fitness of eight agents, without equal values.
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])

@@ -7,11 +7,12 @@ import pytest
 from scipy.stats import kstest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.breeding import make_single_mutants
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.worlds import make_small_experiment
 
 CONDITIONS = [

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.evolution import GenerationKey, compute_learning_cost, draw_genomes
+from baldwinlab.evolution import GenerationKey, compute_learning_cost
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.evolution.single_runs import draw_genomes
 from tests.worlds import make_small_experiment
 
 

@@ -10,12 +10,13 @@ import numpy.typing as npt
 import pytest
 from scipy.stats import chisquare
 
-from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey, Genome, Parents
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Generation, Selection
 from baldwinlab.parts.breeding import ITSELF
+from tests.evolution.single_runs import breed, draw_genomes
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 # The four fittest agents. Agents 2 and 7 have the same fitness.

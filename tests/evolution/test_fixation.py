@@ -12,10 +12,10 @@ import pytest
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, make_founders
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.species import list_initial_species
-from baldwinlab.evolution.species_breeding import make_offspring
 from baldwinlab.parts.lifetimes import make_lifetimes
+from tests.evolution.single_runs import make_founders, make_offspring
 
 N_AGENTS = 6
 N_INVADERS = 2

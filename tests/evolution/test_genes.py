@@ -15,21 +15,21 @@ import pytest
 from scipy.stats import binomtest, kstest
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import (
-    GenerationKey,
-    apply_inheritance,
-    breed,
-    draw_genomes,
-    make_generation,
-)
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.genome_file import encode_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
 from baldwinlab.parts.loading import load_text
-from baldwinlab.simulation.history import History
-from baldwinlab.simulation.simulate import continue_histories, evolve_genomes, simulate
+from baldwinlab.simulation.history import Histories
+from baldwinlab.simulation.simulate import (
+    continue_histories,
+    evolve_genomes,
+    simulate,
+    simulate_histories,
+)
+from tests.evolution.single_runs import apply_inheritance, breed, draw_genomes, make_generation
 from tests.worlds import make_small_experiment
 
 N_AGENTS = 2000
@@ -137,11 +137,10 @@ def test_births_during_life_inherit_and_mutate_genes() -> None:
 def test_an_extended_run_has_the_genes_of_a_long_run() -> None:
     experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1))
     long = experiment.replace(evolution={"generations": 6})
-    short_history = History(experiment, 1, 0)
-    continue_histories([short_history])
-    extended_history = History(long, 1, 0, record=short_history.record())
-    continue_histories([extended_history])
-    assert extended_history.dataset().identical(simulate(long, seed=1))
+    (short_history,) = simulate_histories(experiment, 1, [0])
+    extended = Histories(long, 1, [0], [short_history.record()])
+    continue_histories(extended)
+    assert extended.histories[0].dataset().identical(simulate(long, seed=1))
 
 
 def test_a_schedule_changes_settings_of_an_experiment_with_genes_and_removes_no_genes() -> None:

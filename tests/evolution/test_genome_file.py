@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.core.errors import PartError, RefusedError
-from baldwinlab.evolution import GenerationKey, draw_genomes, make_founders, require_founders
+from baldwinlab.evolution import GenerationKey, require_founders
 from baldwinlab.evolution.genome_file import (
     decode_genomes,
     describe_layout,
@@ -18,6 +18,7 @@ from baldwinlab.evolution.genome_file import (
     read_genomes,
 )
 from baldwinlab.experiment import BaseExperiment, ExperimentError
+from tests.evolution.single_runs import draw_genomes, make_founders
 
 EXPERIMENT = bl.load("evo/A").replace(population={"size": 8})
 KEY = GenerationKey(1, 0, 0)

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.loading import load_text
+from tests.evolution.single_runs import breed, draw_genomes
 
 HALVES = '''
 from baldwinlab.parts import Selection

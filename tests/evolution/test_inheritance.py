@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import apply_inheritance
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.simulation.replay import replay
+from tests.evolution.single_runs import apply_inheritance
 from tests.models.miniworld.plain import draw_founders, replay_in_python, simulate_in_python
 from tests.worlds import make_small_experiment
 

@@ -9,20 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baldwinlab.evolution import (
-    GenerationKey,
-    apply_inheritance,
-    breed,
-    compute_learning_cost,
-    draw_genomes,
-    fitness,
-    make_generation,
-    sum_energy,
-)
+from baldwinlab.evolution import GenerationKey, compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.lifetimes import make_lifetimes
 from tests.evolution import oracle
+from tests.evolution.single_runs import (
+    apply_inheritance,
+    breed,
+    draw_genomes,
+    fitness,
+    make_generation,
+)
 
 SCHEMES_AND_FITNESS = st.sampled_from(list(registry.BUILT_IN["selection"])).flatmap(
     lambda scheme: st.tuples(

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import pytest
 from scipy.stats import rankdata
 
-from baldwinlab.evolution import select
 from baldwinlab.experiment import ExperimentError, registry
 from tests.evolution.draws import FITNESS, draw_generations, require_frequencies, use_selection
+from tests.evolution.single_runs import select
 from tests.oracles.parts import find_oracle
 
 SCHEMES = ["roulette", "tournament", "truncation", "rank", "neutral"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, Genome, fitness, make_founders, make_generation
+from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import (
     count_agents,
@@ -17,16 +17,19 @@ from baldwinlab.evolution.species import (
     derive_seed,
     list_initial_species,
 )
-from baldwinlab.evolution.species_breeding import (
-    Offspring,
-    compute_species_fitness,
-    inherit_within_species,
-    iterate_members,
-    make_offspring,
-)
+from baldwinlab.evolution.species_breeding import Offspring, iterate_members
 from baldwinlab.evolution.variation_operators import Crossover
 from baldwinlab.parts import Mating, compiled, per_run
-from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes
+from baldwinlab.parts.lifetimes import make_lifetimes
+from tests.evolution.single_runs import (
+    compute_species_fitness,
+    fitness,
+    inherit_within_species,
+    make_founders,
+    make_generation,
+    make_offspring,
+    select_lifetimes,
+)
 
 KEY = GenerationKey(seed=3, run=2, generation=0)
 CHILD_KEY = KEY._replace(generation=1)

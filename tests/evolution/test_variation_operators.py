@@ -13,7 +13,7 @@ from scipy.stats import chisquare
 
 import baldwinlab as bl
 from baldwinlab.api.checks.declarations import list_read_settings
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.rng_key import Genome
 from baldwinlab.evolution.variation_operators import Crossover, OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
@@ -22,6 +22,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import overridden_hooks
 from baldwinlab.parts.variation import Mating
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.sources.life_query import Life, StartData
 from baldwinlab.papers.presets import load
+from tests.evolution.single_runs import draw_genomes
 
 CROWD_SIZE = 5000
 CROWD_ITEMS = 6000

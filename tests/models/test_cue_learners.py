@@ -17,10 +17,11 @@ from scipy.stats import binom
 
 import baldwinlab as bl
 from baldwinlab.engine.rng import words
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.cue_learners import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET, CueLearners
 from baldwinlab.parts import LIFE, unit
+from tests.evolution.single_runs import draw_genomes
 from tests.models.runs import simulate_runs
 
 # Step of learning. Sums of this value have no rounding error in float32.

@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.engine.rng import words
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.digit_readers import (
     N_DIGITS,
@@ -21,6 +21,7 @@ from baldwinlab.models.digit_readers import (
 )
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.evolution.single_runs import draw_genomes
 
 Numbers = npt.NDArray[np.float64]
 HIDDEN = 6

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.egg_layers import EggLayers
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.models.runs import simulate_runs
 from tests.oracles.theory.gain import selection_gain
 from tests.oracles.theory.medium_preference import choice_share, predict_preferences

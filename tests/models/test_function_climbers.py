@@ -11,9 +11,10 @@ import pytest
 from scipy.stats import chi2
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, apply_inheritance, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.function_climbers import FunctionClimbers, decode_gray, make_blocks, sine
+from tests.evolution.single_runs import apply_inheritance, breed, draw_genomes
 from tests.oracles.theory.infinite_population import advance_frequencies
 
 Numbers = npt.NDArray[np.float64]

@@ -14,10 +14,11 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, uniforms
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.models.runs import measure_runs
 from tests.oracles.models import evaluate_hinton_nowlan
 

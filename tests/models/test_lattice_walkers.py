@@ -7,7 +7,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
-from baldwinlab.evolution import GenerationKey, breed
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.lattice_walkers import (
     LatticeWalkers,
@@ -17,6 +17,7 @@ from baldwinlab.models.lattice_walkers import (
     make_landscape,
 )
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.evolution.single_runs import breed
 from tests.oracles.theory.adaptive_walk import compute_step_probabilities, expect_walk_time
 
 

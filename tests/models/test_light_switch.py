@@ -10,12 +10,13 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.evolution import GenerationKey, breed
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.models import light_switch
 from baldwinlab.models.light_switch import CHANGED_WORLDS, STANDARD_WORLD, LightSwitch
 from baldwinlab.models.light_switch_lifetimes import N_INPUTS
 from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 from baldwinlab.parts import LIFE, uniforms
+from tests.evolution.single_runs import breed
 
 KINDS: dict[str, dict[str, Any]] = {
     "neurons": {},

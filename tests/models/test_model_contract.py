@@ -10,13 +10,14 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab import papers
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import LIBRARY, table_name
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import Model
 from baldwinlab.parts.views import arrays_of
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.evolution.single_runs import draw_genomes
 
 # Settings of short lifetimes, with learning.
 SHORT_RUNS = {

@@ -16,9 +16,10 @@ from baldwinlab.analysis.theory.moving_optimum import (
     variance_of_mutations,
     variance_of_segregation,
 )
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.moving_optimum import MovingOptimum
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.models.runs import measure_runs
 
 REGIMES: dict[str, list[str]] = {

@@ -13,7 +13,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.checks.evolution import compare_children
-from baldwinlab.evolution import GenerationKey, breed
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, make_minimal_graphs
 from baldwinlab.evolution.neat.operators import Neat
 from baldwinlab.experiment import assign
@@ -27,6 +27,7 @@ from baldwinlab.models.neat_poles import (
 from baldwinlab.models.pole_balancing import STATE_SIZE, is_balanced, move
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.evolution.neat.grown import genes_of, make_network, population
+from tests.evolution.single_runs import breed
 from tests.models.evolved_poles import STEEPNESS, evolve_balancers
 from tests.oracles import neat as oracle
 from tests.oracles.parts import use_oracles

@@ -7,10 +7,11 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.models.kit import read_bits
 from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
+from tests.evolution.single_runs import draw_genomes
 
 BITS = 12
 

@@ -12,10 +12,11 @@ import xarray as xr
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_elements import PlasticElements
 from baldwinlab.parts import LIFE, uniforms
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.oracles.theory.element_selection import Elements, advance_shares, predict_selection
 
 Genomes = npt.NDArray[np.float32]

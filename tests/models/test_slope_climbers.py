@@ -15,11 +15,12 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.engine import rng
-from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.kit import exponential
 from baldwinlab.models.slope_climbers import SlopeClimbers
+from tests.evolution.single_runs import breed, draw_genomes, select
 from tests.models.runs import simulate_runs
 from tests.oracles.theory.gain import selection_gain
 

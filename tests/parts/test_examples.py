@@ -16,7 +16,7 @@ from baldwinlab.analysis.report.figures.maps import draw_world_maps
 from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import SELECTION
-from baldwinlab.evolution import GenerationKey, fitness, select
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import ExperimentError, assign, registry
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.presets import load
@@ -32,6 +32,7 @@ from baldwinlab.parts.learning_rules import Synapse
 from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.evolution.single_runs import fitness, select
 from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 

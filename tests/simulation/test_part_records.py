@@ -12,12 +12,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.rng import Stream, draw
-from baldwinlab.evolution import (
-    GenerationKey,
-    apply_inheritance,
-    draw_genomes,
-    needs_simulation,
-)
+from baldwinlab.evolution import GenerationKey, needs_simulation
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.parts import Fitness, per_agent, per_run
@@ -25,6 +20,7 @@ from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch, simulate_histories
 from baldwinlab.studies.creation import create_study
+from tests.evolution.single_runs import apply_inheritance, draw_genomes
 from tests.small_studies import make_small_study, read_records
 from tests.studies.completion import complete_runs, require_continuable, stop_after_generations
 from tests.worlds import make_small_experiment

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.simulation.recorder import FirstTime, ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.replay import replay
+from tests.evolution.single_runs import draw_genomes
 from tests.small_studies import shorten_preset
 
 STEPS = 300

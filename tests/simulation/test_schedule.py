@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, make_generation
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_histories
+from tests.evolution.single_runs import make_generation
 from tests.studies.completion import require_continuable
 
 LEARNING = bl.load("evo+self-taught/A").replace(

@@ -12,11 +12,12 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import record_variables
-from baldwinlab.evolution import GenerationKey, make_founders
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.species import derive_seed
 from baldwinlab.simulation.reevaluation import reevaluate, reevaluate_species, restore_genomes
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.catalog import get_assay
+from tests.evolution.single_runs import make_founders
 from tests.studies.completion import require_continuable
 
 INNATE = {"name": "innate", "size": 5, "hinton_nowlan": {"guessing": False}}

@@ -10,7 +10,7 @@ from typing import Any
 
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.simulation.history import History
+from baldwinlab.simulation.history import Histories
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
@@ -62,15 +62,16 @@ def require_continuable(
 ) -> None:
     """Require that runs continue from `stored` generations with the bits of complete runs."""
     shorter = experiment.replace(evolution={"generations": stored})
-    restored = [
-        History(experiment, seed, history.run, history.record())
+    records = {
+        history.run: history.record()
         for history in simulate_histories(shorter, seed, runs)
         if not history.is_stopped
-    ]
-    assert restored
+    }
+    assert records
+    restored = Histories(experiment, seed, [*records], [*records.values()])
     continue_histories(restored)
-    complete = simulate_histories(experiment, seed, [history.run for history in restored])
-    for history, expected in zip(restored, complete, strict=True):
+    complete = simulate_histories(experiment, seed, [*records])
+    for history, expected in zip(restored.histories, complete, strict=True):
         assert history.record().identical(expected.record())
 
 

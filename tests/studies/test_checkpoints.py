@@ -11,7 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.simulation.history import History
+from baldwinlab.simulation.history import Histories
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest_record
 from baldwinlab.studies.creation import create_study, extend_study
@@ -105,7 +105,7 @@ def test_a_record_that_cannot_be_repeated_is_not_continued() -> None:
     record = history.record()
     record["energy"][-1, 0] += 1
     with pytest.raises(RefusedError, match="run 0 of evo/A cannot be continued: generation 1"):
-        continue_histories([History(experiment, 5, 0, record)])
+        continue_histories(Histories(experiment, 5, [0], [record]))
 
 
 @pytest.mark.parametrize("text", ["", "0", "0s", "-1", "1.5", "10m", "s", "1" * 10])

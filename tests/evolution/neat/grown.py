@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, Genome, breed, draw_genomes
+from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.neat.genome import (
     BEST,
     GENE_SIZE,
@@ -21,6 +21,7 @@ from baldwinlab.evolution.neat.genome import (
     make_minimal_graphs,
 )
 from baldwinlab.experiment import registry
+from tests.evolution.single_runs import breed, draw_genomes
 from tests.oracles.neat import Genes, read_genes
 
 LINK_CAPACITY = 12

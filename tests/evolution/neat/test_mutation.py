@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.checks.evolution import compare_children, compare_selection
-from baldwinlab.evolution import GenerationKey, Genome, breed
+from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.neat.genome import LAST_INNOVATION
 from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
 from baldwinlab.experiment import assign
@@ -21,6 +21,7 @@ from tests.evolution.neat.grown import (
     neat_experiment,
     population,
 )
+from tests.evolution.single_runs import breed
 from tests.oracles.parts import use_oracles
 
 AGENTS = 300

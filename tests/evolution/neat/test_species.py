@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
+from baldwinlab.evolution import GenerationKey, Genome, Parents
 from baldwinlab.evolution.neat.genome import (
     POPULATION_BEST,
     POPULATION_STALE,
@@ -28,6 +28,7 @@ from tests.evolution.neat.grown import (
     population,
     population_of_species,
 )
+from tests.evolution.single_runs import breed, select
 from tests.oracles import neat as oracle
 
 NEAT = part_values_of()

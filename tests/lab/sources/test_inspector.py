@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.inspector import inspect_agent
@@ -15,6 +15,7 @@ from baldwinlab.parts.networks import links
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
+from tests.evolution.single_runs import draw_genomes
 from tests.lab.client import SMALL, LabServer, get_arrays
 from tests.small_studies import shorten_preset
 

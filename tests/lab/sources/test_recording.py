@@ -11,13 +11,14 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.lab.sources import binary_frames, life_query, recording
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
+from tests.evolution.single_runs import draw_genomes
 from tests.lab.client import SMALL, LabServer, get_arrays, get_error
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.evolution.single_runs import draw_genomes
 
 
 def disable_compilation(monkeypatch: pytest.MonkeyPatch) -> None:

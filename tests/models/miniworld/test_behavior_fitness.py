@@ -12,12 +12,12 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.evolution import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
+from tests.evolution.single_runs import fitness
 from tests.worlds import make_small_experiment
 
 STEPS = 60

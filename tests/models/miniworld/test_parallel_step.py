@@ -8,12 +8,13 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.engine.threads import use_threads
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, named_arrays
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.parallel_step import MIN_SHARED_ITEMS, TILE_LANES
+from tests.evolution.single_runs import draw_genomes
 from tests.worlds import make_small_experiment
 
 STEPS = 40

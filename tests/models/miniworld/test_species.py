@@ -11,7 +11,7 @@ import pytest
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import record_variables
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
@@ -21,6 +21,7 @@ from baldwinlab.models.miniworld.species import SpeciesSimulator, split_genomes
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.simulate import simulate
+from tests.evolution.single_runs import draw_genomes
 from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation
 
 SEED = 3

@@ -10,14 +10,15 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, mean_fitness
+from baldwinlab.evolution import GenerationKey, mean_fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.world_layout import draw_world_keys
-from baldwinlab.parts.lifetimes import lifetimes_of_run, make_lifetimes
+from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
+from tests.evolution.single_runs import draw_genomes, fitness, lifetimes_of_run
 from tests.small_studies import shorten_preset
 
 SEED = 3
@@ -99,7 +100,7 @@ def test_the_results_of_three_lifetimes_are_means_of_separate_lifetimes(worlds: 
         for energy, cost in zip(energies, costs_of_lifetimes, strict=True)
     ]
     mean_of_fitness = np.mean(fitness_of_lifetimes, axis=0)
-    assert np.array_equal(mean_fitness(repeated, results, 0, genomes[0]), mean_of_fitness)
+    assert np.array_equal(mean_fitness(repeated, results, genomes)[0], mean_of_fitness)
     # Fitness is at least 0 in each lifetime, so that it differs from the fitness of the means.
     assert (mean_of_fitness > results.energy[0] - results.cost[0]).any()
 

@@ -15,7 +15,7 @@ from baldwinlab.analysis.gallery.decisions import SystemName, decide
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, YES
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.evolution import GenerationKey, make_founders
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
@@ -27,6 +27,7 @@ from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.record_files import StudyError, record_path
 from baldwinlab.studies.store import StudyStore
+from tests.evolution.single_runs import make_founders
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
 from tests.studies.completion import complete_runs
 from tests.worlds import make_small_experiment

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, apply_inheritance, draw_genomes, make_generation
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from tests.evolution.single_runs import apply_inheritance, draw_genomes, make_generation
 from tests.small_studies import make_small_study
 from tests.studies.assays.studies import make_small_study_with_assays
 from tests.studies.completion import complete_assays

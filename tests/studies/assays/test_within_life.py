@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
+from tests.evolution.single_runs import draw_genomes
 from tests.studies.assays.studies import make_small_study_with_assays
 from tests.worlds import make_small_experiment
 

@@ -11,13 +11,14 @@ import pytest
 
 from baldwinlab.api.checks.oracles import make_naive
 from baldwinlab.api.checks.reference import Item
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.allocation import make_model
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
+from tests.evolution.single_runs import draw_genomes
 from tests.models.miniworld.plain import replay_in_python, simulate_in_python
 from tests.worlds import make_single_agent_experiment, make_small_experiment
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import (
     HEAD_SIZE,
     activate,
@@ -22,6 +22,7 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
+from tests.evolution.single_runs import draw_genomes
 from tests.oracles import neat as oracle
 
 ALL_INPUTS = [[float(code >> k & 1) for k in range(3)] for code in range(8)]

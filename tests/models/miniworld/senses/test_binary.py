@@ -9,11 +9,12 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.parts import Body
+from tests.evolution.single_runs import draw_genomes
 from tests.models.miniworld.plain import replay_in_python
 from tests.worlds import make_small_experiment
 
