@@ -45,13 +45,14 @@ from baldwinlab.engine.reference import Reference
 TARGET_TRIPLE: Final = "wasm32-unknown-unknown"
 TARGET_FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
 N_LANES: Final = 4
-"""Number of float32 lanes in a SIMD register of WebAssembly."""
+"""Number of float32 lanes in a SIMD register of WebAssembly, for `compile_in_subprocess`."""
 OPTIMIZATION_LEVEL: Final = 3
 MAX_REASON_LENGTH: Final = 500
+# Versions of LLVM in names such as `wasm-ld-18`, the newest first: 22 to 14.
 WASM_LD_VERSIONS: Final = range(22, 13, -1)
 STACK_BYTES: Final = 256 * 1024
 INTRINSIC_BY_FUNCTION: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}
-"""LLVM instruction that replaces each function of libm. Both have exact results."""
+"""LLVM intrinsic that replaces a function of libm. The two have the same, exact results."""
 
 Entry = tuple[Callable[..., Any], Sequence[Any]]
 """A function and the types of its arguments. Arguments are passed by address."""
@@ -76,6 +77,7 @@ def module(entries: Mapping[str, Entry]) -> bytes:
             linked_module = unit
         else:
             linked_module.link_in(unit)
+    # The builder copies the setting of `unrolling`, so it is made within the block.
     with unrolling(False):
         builder = make_pass_builder(machine, OPTIMIZATION_LEVEL)
     builder.getModulePassManager().run(linked_module, builder)
@@ -98,11 +100,12 @@ def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[st
 
 
 def _retarget(text: str, symbol: str, name: str, n_arguments: int, machine: Any) -> str:
-    """Return LLVM code for WebAssembly, with a function `name` of `n_arguments` addresses."""
+    """Return LLVM code for WebAssembly, with a function `name` that passes addresses to `symbol`."""
     text = re.sub(
         r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text
     )
     text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{TARGET_TRIPLE}"', text)
+    # WebAssembly has no symbols with common linkage.
     text = text.replace(" common ", " ")
     for function, instruction in INTRINSIC_BY_FUNCTION.items():
         text = text.replace(f"@{function}(", f"@{instruction}(")
@@ -165,6 +168,7 @@ def _memory_offsets(
     names = numba_type.fields if is_named else range(len(numba_type))
     fields = zip(names, numba_type.types, strict=True)
     for number, (field_name, field_type) in enumerate(fields):
+        # A tuple of equal types is an array of LLVM, and other tuples are structures.
         if isinstance(llvm_type, ir.ArrayType):
             field_llvm_type = llvm_type.element
             start = number * field_llvm_type.get_abi_size(data)

@@ -27,7 +27,7 @@ def without_contraction() -> Iterator[None]:
 
 @intrinsic
 def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
-    """Return an array [row, 1] as [row, lane] with equal lanes."""
+    """Return a view [row, lane] of an array [row, 1], with the same values in all lanes."""
     view = array.copy(layout="A")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]

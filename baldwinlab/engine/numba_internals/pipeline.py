@@ -1,9 +1,9 @@
-"""The passes of a compilation, its results, and the optimization and linking of their code.
+"""The passes of a Numba compilation, the results, and how LLVM optimizes and links their code.
 
-An entry is optimized by all of LLVM's passes. Loops are unrolled only where a caller allows it:
-most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without
-unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same bits. Other models have long loops
-and would take up to 1.16 of the time.
+LLVM optimizes an entry point (`jit.cached_jit`) with all passes. Loops are unrolled only where a
+caller allows it. Most loops in a step of MiniWorld run over three or ten units, but LLVM unrolls
+loops by eight. Without unrolling, a lifetime takes 0.8 to 0.95 of the time, with bit-identical
+results. Other models have long loops, and would take up to 1.16 of the time.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Library(JITCodeLibrary):  # type: ignore[misc]
         builder.getModulePassManager().run(self._final_module, builder)
 
     def finish_lowering(self, state: Any) -> None:
-        """Handle the end of the lowering of a function, which `state` describes."""
+        """Do nothing. A subclass can read Numba's `state` of a lowered function here."""
 
 
 class EntryLibrary(Library):
@@ -84,6 +84,7 @@ class LinkedLibrary(Library):
         passes.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
+        # Numba's method would compile machine code.
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -123,12 +124,12 @@ class Lowering(NativeLowering):  # type: ignore[misc]
 
 
 class Compiler(CompilerBase):  # type: ignore[misc]
-    """Numba's passes, with another lowering. A subclass names the class of its libraries."""
+    """Numba's passes with another lowering, into libraries of the class `library_class`."""
 
     library_class: type[Library]
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return Numba's passes with `Lowering` in the place of Numba's."""
+        """Return Numba's passes with `Lowering` instead of `NativeLowering`."""
         passes = PassManager("nopython")  # Numba's error messages contain this name
         for step, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             passes.add_pass(Lowering if step is NativeLowering else step, description)
@@ -141,7 +142,7 @@ class Compiler(CompilerBase):  # type: ignore[misc]
         return self.state.args  # type: ignore[no-any-return]
 
     def reuse(self, result: CompileResult) -> CompileResult:
-        """Return the result of an earlier compilation under the types of these arguments."""
+        """Register the result of an earlier compilation for these argument types, and return it."""
         description = copy.copy(result.fndesc)
         description.argtypes = self.state.args
         self.state.targetctx.insert_user_function(result.entry_point, description, [result.library])
