@@ -100,7 +100,7 @@ def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[st
 
 
 def _retarget(text: str, symbol: str, name: str, n_arguments: int, machine: Any) -> str:
-    """Return LLVM code for WebAssembly, with a function `name` that passes addresses to `symbol`."""
+    """Return LLVM code for WebAssembly, in which `name` passes `n_arguments` to `symbol`."""
     text = re.sub(
         r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text
     )

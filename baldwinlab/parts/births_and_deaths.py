@@ -15,7 +15,8 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import ZERO
 
-# x of a dead agent, in widths of the map. No image of the map has agents within sight of it.
+# x of a dead agent, in widths of the map. Agents also see the copies of the map next to it, but not
+# as far as this x.
 DEAD_X = np.float32(-3)
 
 
@@ -83,7 +84,7 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
 
 @compiled
 def find_free_slot(model: Any, state: Any, world: int) -> int:
-    """Return the first free slot of a world, which is that of a dead agent.
+    """Return the first free slot of a world: the slot of a dead agent.
 
     Parameters
     ----------

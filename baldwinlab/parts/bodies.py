@@ -30,6 +30,7 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     lane : Lane
         Column of an agent, or a SIMD block.
     """
+    # There is a target for each output, and the outputs are the last rows of the activations.
     actions = state.targets.shape[0]
     first = state.activations.shape[0] - actions
     largest = get(state.activations, first, lane)

@@ -26,7 +26,7 @@ GENE_ARRAY: Final = per_agent()
 FIRST_GENE: Final = "first_gene"
 """Field of a compiled part with the index of its first gene in the first module of a genome."""
 MUTATIONS: Final = ("none", "normal", "log-normal")
-"""Kinds of mutation, in the order of their numbers in compiled code."""
+"""Kinds of mutation. Compiled code identifies a kind by its index in this tuple."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,12 @@ class Gene:
     help: str = ""
 
     def __post_init__(self) -> None:
+        # Only the first fault is raised.
         for fault in self._find_faults():
             raise ValueError(f"gene: {fault}")
 
     def _find_faults(self) -> list[str]:
-        """Return a message for each invalid value. Names are not checked."""
+        """Return a message for each invalid value. Names of settings are not checked."""
         if self.mutation not in MUTATIONS:
             return [f"mutation = {self.mutation!r} must be one of {', '.join(MUTATIONS)}"]
         if self.mutation == "normal" and self.size is None:
@@ -135,7 +136,7 @@ def _read_value(value: Any, part: Any, experiment: Any) -> Any:
 def add_gene_arrays(part: Any) -> None:
     """Declare an array for each gene of a part of agents or of their world, after its arrays."""
     gene_arrays = dict.fromkeys(part.genes, GENE_ARRAY)
-    # A subclass inherits the arrays of genes. They must stay the last ones.
+    # A subclass inherits the arrays of genes, which must stay the last arrays.
     arrays = {name: array for name, array in part.arrays.items() if name not in gene_arrays}
     part.arrays = arrays | gene_arrays
 

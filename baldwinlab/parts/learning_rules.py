@@ -162,7 +162,7 @@ class Synapse(NamedTuple):
     Attributes
     ----------
     number : int
-        Number of the weight: the row in `state.weights`.
+        Index of the weight, which is the row in `state.weights`.
     weight : float32, or a SIMD block
         The weight.
     x, y : float32, or a SIMD block
@@ -199,8 +199,9 @@ def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value
     Returns
     -------
     float32, or a SIMD block
-        The change. `synapse.rate` multiplies it. 0 by default.
+        The change before it is multiplied by `synapse.rate`. 0 by default.
     """
+    # The result is 0 in the type of the weight.
     return ZERO * synapse.weight
 
 
@@ -241,6 +242,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
     lane : Lane
         Column of an agent, or a SIMD block.
     """
+    # Row of the first source unit of a layer in `state.activations`.
     source = 0
     number = 0
     for layer in range(part.sizes.size - 1):
@@ -249,7 +251,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                # A bias has the activation 1.
+                # A bias has the activation 1, in the type of `y`: a float32 or a SIMD block.
                 x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
                 weight = get(state.weights, number, lane)
                 change_synapse(part, state, Synapse(number, weight, x, y, rate), lane)

@@ -1,4 +1,4 @@
-"""Results of the lifetimes of a population, which fitness and selection read."""
+"""Results of the lifetimes of a population, which fitness, selection and stop read."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ class Lifetimes(NamedTuple):
     cost : array, float64 [agent]
         Cost of learning, in energy.
     eaten : array, int32 [agent, region]
-        Eaten items of each region. No regions for a model without a world. In a selection, the sum
-        over all lifetimes.
+        Number of eaten items of each region. A model without a world has no regions. In a
+        selection, the array is the sum over all lifetimes.
     position : array, float32 [agent, 2]
         Position at the end, x and y, in units of length. NaN for a model without a world. In a
-        selection, that of the first lifetime.
+        selection, the array is from the first lifetime.
     records : NamedTuple
         Recorded variables by name, each [agent]: the records of the parts, or of the model.
     genome : array, float32 [agent, module, weight]
-        Genomes. In `evaluate`, those at birth. In a selection, those that the agents pass on.
+        In `evaluate`, the genomes at birth. In a selection, the genomes that agents pass on.
     species : array, int32 [agent]
-        Number of the species.
+        Index of the species of each agent.
     """
 
     energy: npt.NDArray[np.float64]
@@ -95,8 +95,8 @@ def lifetimes_of_run(
 ) -> Lifetimes:
     """Return the lifetimes of one run of a batch.
 
-    `genome` [agent, module, weight]: genomes at birth. Those of the agents at the end replace them
-    if agents were born. `species` [agent]: number of the species of each agent.
+    `genome` [agent, module, weight]: genomes at birth. If agents were born during the lifetime, the
+    genomes of the final population replace it. `species` [agent]: index of the species.
     """
     final_population = results.final_population
     return make_lifetimes(
@@ -123,7 +123,7 @@ def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
 
 
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
-    """Return lifetimes without energy and with records of 0."""
+    """Return lifetimes without energy and with records of 0, to compile functions of evolution."""
     records = {
         name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
     }

@@ -84,7 +84,7 @@ def _count_inputs(part: Any) -> Any:
 
 
 def _choose_count_inputs(part: Any) -> Any:
-    """Return `_count_inputs` for a type of sense: a constant, or the value of the part."""
+    """Return the source of `_count_inputs`: a constant, or the value of the part for a property."""
     inputs = part_class(part).inputs
     if isinstance(inputs, property):
         return lambda part: part.n_inputs
@@ -105,8 +105,7 @@ def find_first_input(part: Any, experiment: Any) -> int:
 class Sense(Part):
     """Sense of an agent, which writes inputs of its network.
 
-    An input of a binary sense is 0 or 1. An input of a continuous sense is any finite
-    number.
+    An input of a binary sense is 0 or 1. An input of a continuous sense is any finite number.
 
     If the number of inputs follows from the settings of the part, `inputs` and `sectors` are
     properties. Hooks then read the number of inputs as `part.n_inputs`.
@@ -122,7 +121,7 @@ class Sense(Part):
         Kind of the items that the sense detects. "" means food.
     only_items : bool
         True if the inputs depend on items alone. If this holds for all senses, the engine skips
-        them for an agent without a nearby item.
+        the senses of an agent without a nearby item.
     is_continuous : bool
         True if `measure` writes the inputs, False if `sense` returns them as bits. The hooks of a
         continuous sense read the row of its first input in `state.activations` as

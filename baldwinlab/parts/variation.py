@@ -25,8 +25,8 @@ class Mating(NamedTuple):
     ----------
     fitter, second : array, float32 [module, weight]
         Genomes of the parents, the fitter one first. Read only.
-    draws : array, float64 [module and weight, 4]
-        Random numbers in (0, 1), four per gene. Read only.
+    draws : array, float64 [gene, 4]
+        Random numbers in (0, 1), four per gene, in the order of modules and weights. Read only.
     gate : float
         Random number in (0, 1), one per child.
     child : array, float32 [module, weight]
@@ -53,7 +53,7 @@ class Brood(NamedTuple):
         Fitness of each agent. Read only.
     parents : array, int32 [child, 2]
         Indices of the parents. Read only.
-    draws : array, float64 [module and weight, 4]
+    draws : array, float64 [gene, 4]
         Scratch memory for random numbers.
     children : array, float32 [child, module, weight]
         Output: the genomes of all children.
@@ -71,7 +71,8 @@ class Brood(NamedTuple):
 def vary(part: Any, mating: Mating) -> None:
     """Create one child from two parents.
 
-    Per child, by the default `vary_population`. It must write every entry of `mating.child`.
+    Per child, called by the default `vary_population`. The hook must write every entry of
+    `mating.child`.
 
     Parameters
     ----------
@@ -145,7 +146,7 @@ MUTATION_READERS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     # weight has its random number.
     "mutation_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
 }
-"""Derived values of a variation, by the setting of the table `evolution` that it reads."""
+"""Functions that return derived values of a variation, by setting of the table `evolution`."""
 
 
 class Variation(Part):
@@ -173,7 +174,7 @@ class Variation(Part):
                 f"{cls.__name__}.reads: {', '.join(sorted(unknown))} must be some of "
                 f"{', '.join(MUTATION_READERS)}"
             )
-        # A base class can read other settings.
+        # The settings that a base class reads are removed, because this class can read others.
         derived = {key: value for key, value in cls.derived.items() if key not in MUTATION_READERS}
         cls.derived = derived | {setting: MUTATION_READERS[setting] for setting in cls.reads}
         super().__pydantic_init_subclass__(name=name, **options)
