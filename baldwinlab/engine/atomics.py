@@ -138,10 +138,7 @@ lower_builtin(sleep_briefly)(_emit_sleep)
 
 
 def prefetch(array: Any, row: int, column: int) -> None:
-    """Load the memory at `array[row, column]` into the cache. The item need not exist.
-
-    Plain Python does nothing.
-    """
+    """Load `array[row, column]` into the cache, if it exists. Plain Python does nothing."""
 
 
 def _emit_prefetch(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

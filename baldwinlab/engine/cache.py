@@ -133,7 +133,7 @@ class FileCodeStore(CodeStore):
         self._find_bitcode = find_bitcode
 
     def read(self, key: str) -> bytes | None:
-        """Return the code under a key, or None if it is missing or does not match its checksum."""
+        """Return the code under a key, or None if the file is missing or the checksum differs."""
         path = self._path(key)
         try:
             raw = path.read_bytes()

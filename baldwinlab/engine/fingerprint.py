@@ -1,4 +1,4 @@
-"""Fingerprints of functions, and hashes of their source files, which identify compiled code.
+"""Fingerprints of functions, and hashes of source files, which together identify compiled code.
 
 A fingerprint identifies a function in memory, in the cache and during compilation. A hash of a
 source file ignores comments and docstrings.
@@ -67,7 +67,7 @@ def name_fingerprint(functions: Sequence[Callable[..., Any]]) -> str:
 
 
 def list_modules(functions: Iterable[Callable[..., Any]]) -> set[str]:
-    """Return the modules of functions, of all functions that they call, and of their parts."""
+    """Return the names of the modules that define functions, all called functions, and parts."""
     modules: set[str] = set()
     for value in reach(functions):
         if isinstance(value, type):

@@ -1,10 +1,10 @@
 """Functions that are compiled into other functions only, and have no machine code of their own.
 
 By default, Numba optimizes every function that compiled code calls, and compiles it to machine
-code. The functions of `jit.compiled` are only lowered (translated to LLVM code), because all of
-them are inlined, and Python never calls their machine code. So LLVM optimizes the entry point once,
-with all functions in it. This saves a third of the time of a compilation. Results and speed do not
-change.
+code. The functions of `jit.compiled` are only lowered (translated to LLVM code), because they are
+all inlined, and Python never calls machine code of such a function. So LLVM optimizes the entry
+point once, with all functions in it. This saves a third of the time of a compilation. Results and
+speed do not change.
 
 Most functions read few fields of the state. For example, eating does not read the learning rule.
 `_Linked.reads` lists the fields of tuples (`reference.py`) that a function and its callees read.
@@ -52,7 +52,7 @@ class _Linked(LinkedLibrary):
 
 
 def _find_reads(state: Any) -> Iterator[Read]:
-    """Yield the fields that a function itself reads of its arguments."""
+    """Yield the fields of arguments that a function reads, without the reads of its callees."""
     for kind, name in find_attribute_reads(state):
         yield from _reads_of_fields(kind, [name])
     for argument_types, return_type in find_calls(state):

@@ -231,7 +231,7 @@ def _emit_repeated(builder: Any, number: Any) -> Any:
 
 
 def _as_vector(builder: Any, value: Any) -> Any:
-    """Return a vector as it is, and a float32 as a vector with this value in each lane."""
+    """Return a vector unchanged, and a float32 as a vector with this value in each lane."""
     return value if value.type == _VECTOR else _emit_repeated(builder, value)
 
 
@@ -266,7 +266,7 @@ def _emit_get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
     if signature.return_type is not WIDE:
         return load_item(context, builder, signature.return_type, address)
     load = builder.load(address)
-    # A block can start at any float32, so it is not aligned to its size.
+    # A block can start at any float32, so only the alignment of a float32 is certain.
     load.align = _FLOAT32_BYTES
     return load
 
@@ -493,4 +493,4 @@ ONE_LANE_FUNCTIONS: Final = (
     put,
     square_root,
 )
-"""Functions whose Python source a GPU compiles, because a thread computes one lane."""
+"""Functions that a GPU compiles from the Python source, because a thread computes one lane."""

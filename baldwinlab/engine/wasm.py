@@ -94,7 +94,7 @@ def _make_target_machine() -> Any:
 
 
 def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, str]:
-    """Return the LLVM code of a function before optimization, and the name of its symbol."""
+    """Return (LLVM code of a function before optimization, name of the function in this code)."""
     dispatcher = numba.njit(**UNWRAPPED, **OPTIONS)(function)
     return compile_to_llvm(dispatcher, types.void(*map(Reference, arguments)))
 

@@ -1,8 +1,8 @@
 """Breeding: selection of parents and variation of their genomes make the next generation.
 
 A single mutant is a copy of a genome with one mutation. The variation makes a child of an agent
-with itself, so recombination has no effect. A mutant has one of the genes that differ in this
-child, chosen at random.
+with itself, so that recombination has no effect. The genes that differ in this child are mutations,
+and the mutant has a random one of these.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.variation import Brood, vary_children, vary_population
 
-# Minimum number of children that a thread makes. It takes some milliseconds.
+# Minimum number of children that a thread makes, which takes some milliseconds.
 MIN_CHILDREN_PER_THREAD: Final = 1_000
 
 
@@ -39,10 +39,12 @@ def make_generation(
 ) -> tuple[Genome, Parents]:
     """Return the genomes and the parents of the next generation.
 
-    Returns the children's genomes. Their parents are -1 if the inheritance resamples genomes.
+    Returns (genomes [child, module, weight], parents [child, 2]). The parents are -1 if the
+    inheritance resamples genomes.
     """
+    # Settings can change between generations. The settings of the parents' generation apply.
     parent_settings = experiment.at(key.generation - 1)
-    # The error names the responsible parts. The search for them takes time, so a test precedes it.
+    # `require_finite` needs the responsible parts. A fast test avoids the search for these parts.
     if not np.isfinite(genome).all():
         fields = _fields_that_change_genomes(parent_settings)
         require_finite(experiment, key.previous(), genome, *fields)
@@ -75,7 +77,7 @@ def breed(
     """Select parents and make their children.
 
     A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
-    the key of the children's generation. The function raises the errors of `make_generation`.
+    the key of the children's generation. Returns the results of `make_generation`.
     """
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     if lifetimes is None:
@@ -103,7 +105,7 @@ def make_children(
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
     variation, code = breeding_part(experiment, "variation", run_arrays)
-    # The variation can read the genes of parts, and cannot change them.
+    # The variation can read the genes of parts. After it, they are written again.
     genes = inherit_genes(experiment, key, genome, parents, children)
     are_independent = type(variation).part.has_independent_children()
 
@@ -115,6 +117,7 @@ def make_children(
         else:
             cached_jit(breed_children, code)(variation, brood)
 
+    # One thread makes children that depend on other children.
     minimum_size = MIN_CHILDREN_PER_THREAD if are_independent else len(children)
     run_in_ranges(breed_range, len(children), minimum_size)
     children[:, 0, make_gene_table(experiment).genes] = genes
@@ -125,13 +128,13 @@ def make_children(
 def breed_independent_children(
     variation: Any, brood: Brood, first_child: int, end_child: int
 ) -> None:
-    """Create the children of a range, and replace each `ITSELF` in their parents."""
+    """Create the children of a range, and replace each `ITSELF` in `brood.parents`."""
     vary_children(variation, brood, first_child, end_child)
     _complete_parents(brood.parents, first_child, end_child)
 
 
 def breed_children(variation: Any, brood: Brood) -> None:
-    """Create all children, and replace each `ITSELF` in their parents."""
+    """Create all children, and replace each `ITSELF` in `brood.parents`."""
     vary_population(variation, brood)
     _complete_parents(brood.parents, 0, brood.parents.shape[0])
 
@@ -147,15 +150,16 @@ def _complete_parents(parents: Parents, first_child: int, end_child: int) -> Non
 def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: Genome) -> Genome:
     """Return a single mutant of each agent.
 
-    - `experiment`: the experiment with the variation. If the variation has a mutation rate, it is
-      set to 1, so that each of its genes mutates with equal probability.
+    - `experiment`: the experiment with the variation. If the variation has a mutation rate, the
+      rate is set to 1, so that each gene mutates with equal probability.
     - `key`: key of the random numbers. No generation of the run may have it.
     - `genome`: [agent, module, weight] with the same genes at the same entries.
 
-    Returns the mutants. A mutant equals its agent if the variation changes none of its genes.
+    Returns the mutants. If the variation changes no gene of an agent, the mutant equals the agent.
     """
     n_agents = len(genome)
     experiment = _mutate_all_genes(experiment)
+    # Both parents of a child are the agent: [agent, 2].
     itself = np.repeat(np.arange(n_agents, dtype=np.int32)[:, None], 2, axis=1)
     equal_fitness = np.zeros(n_agents)
     children = make_children(experiment, key, genome, equal_fitness, itself).reshape(n_agents, -1)

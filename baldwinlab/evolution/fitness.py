@@ -22,8 +22,8 @@ from baldwinlab.parts.model_part import LifeResults
 class Energy(FitnessPart, name="energy"):
     """Energy gained during the lifetime, minus the cost of learning; negative values become 0.
 
-    The selection `roulette` needs values of 0 or more.
-    Agents whose cost exceeds their energy have equal fitness. A custom fitness can separate them.
+    The selection `roulette` needs values of 0 or more. All agents with a cost above their energy
+    have the fitness 0. A custom fitness can separate these agents.
 
     References
     ----------
@@ -59,9 +59,9 @@ def mean_fitness(
 ) -> Fitness:
     """Return the fitness of the agents of a run, the mean over their lifetimes.
 
-    `genome`: genomes of the run at birth, [agent, module, weight]. `run_arrays`: the part changes
-    them. Returns fitness, [agent]. Raises `ValueError` if the part gives NaN, or no value, for an
-    agent.
+    `genome`: genomes of the run at birth, [agent, module, weight]. `run_arrays`: arrays of the run,
+    which the fitness part changes. Returns fitness, [agent]. Raises ValueError if the part gives
+    NaN or no value for an agent.
     """
     values = [
         fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome), run_arrays)
@@ -71,12 +71,10 @@ def mean_fitness(
 
 
 def find_archive_fitness(experiment: BaseExperiment) -> str:
-    """Return the fitness that depends on earlier generations of a run; "" without one.
+    """Return the fitness that depends on earlier generations of a run, or "".
 
     Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime that is
-    simulated outside its run has no archive.
-
-    Returns the setting with its value, such as "evolution.fitness = 'novelty'".
+    simulated outside its run has no archive. The result is "evolution.fitness = 'novelty'".
     """
     for _, segment in experiment.segments():
         for member in segment.species_experiments() or (segment,):
@@ -150,7 +148,7 @@ def compute_learning_cost(
 
 @jit_entry_point
 def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
-    """Add to `cost` the cost of the distance between the action modules at birth and at death."""
+    """Add to `cost` [agent] the cost of the Euclidean distance of weights at birth and at death."""
     for agent in range(cost.size):
         squared_distance = 0.0
         for weight in range(learned.shape[1]):

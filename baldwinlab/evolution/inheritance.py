@@ -6,8 +6,8 @@ death. A rule that learns toward the reinforcement module, for example `self-tau
 the parents' outputs for the inputs of the child. The action module is inherited as in `darwinian`.
 
 Our interpretation: variation applies to teachers as it applies to action modules. A teacher is
-therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, it comes
-from one parent. The teachers of the first generation are drawn from N(0, 1). With
+therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, a teacher
+comes from one parent. The teachers of the first generation are drawn from N(0, 1). With
 `learning.teacher = "shuffled"`, the parents of another agent teach. Without a reinforcement module
 the scheme equals `darwinian`.
 
@@ -43,7 +43,7 @@ from baldwinlab.parts.breeding import (
 from baldwinlab.parts.selection import reads_lifetimes
 from baldwinlab.parts.variation import OneGenome
 
-# [weight], of the action module.
+# Weights of the action module, [weight].
 Weights = npt.NDArray[np.float32]
 # Index of the reinforcement module, if the genome has one. The action module has the index 0.
 REINFORCEMENT_MODULE: Final = 1
@@ -52,7 +52,7 @@ REINFORCEMENT_MODULE: Final = 1
 class Darwinian(Inheritance, name="darwinian"):
     """The genome at birth is inherited.
 
-    The share `evolution.lamarckian_share` of the change by learning is inherited in addition.
+    In addition, the fraction `evolution.lamarckian_share` of the change by learning is inherited.
 
     References
     ----------
@@ -130,9 +130,9 @@ def apply_inheritance(
 def needs_simulation(experiment: BaseExperiment) -> bool:
     """Return whether the genomes of a generation require the simulation of earlier generations.
 
-    They do if learned weights are inherited, agents are born during life, the selection reads
-    results of lifetimes, or a part of reproduction has arrays of the run. With several species, the
-    species of the agents are simulated with their genomes.
+    The result is True if learned weights are inherited, agents are born during a lifetime, the
+    selection reads results of lifetimes, or a part of reproduction has arrays of the run. With
+    several species, it is True because a simulation also determines the species of each agent.
     """
     if experiment.population.species or experiment.births_in_life:
         return True
@@ -159,10 +159,11 @@ def _reads_lifetimes(experiment: BaseExperiment) -> bool:
 
 @jit_entry_point
 def remap_parents(origin: Parents, parents: Parents) -> None:
-    """Replace parents that were born during a lifetime by their ancestors at its beginning.
+    """Replace parents born during a lifetime by ancestors from the beginning of this lifetime.
 
-    `parents` is [child, 2]. `origin` [agent, 2] has the two ancestors of each agent. Both parents
-    of a survivor are the survivor itself. They are replaced by its two ancestors.
+    `parents` is [child, 2]. `origin` [agent, 2] has the two ancestors of each agent. A parent is
+    replaced by the first ancestor of the parent. A survivor is both parents of itself, and these
+    are replaced by both ancestors of the survivor.
     """
     for child in range(parents.shape[0]):
         first = parents[child, 0]
@@ -177,7 +178,7 @@ def remap_parents(origin: Parents, parents: Parents) -> None:
 def inherit_all(
     part: Any, has_teachers: bool, genome: Genome, learned: Genome, inherited: Genome
 ) -> None:
-    """Fill the action modules of `inherited`, and its reinforcement modules if it has teachers."""
+    """Fill the action modules of `inherited`, and with teachers the reinforcement modules, too."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent], learned[agent], inherited[agent])
         if has_teachers:
@@ -195,7 +196,7 @@ def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: Gener
 
 
 def _shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Return genomes whose reinforcement modules are permuted among the children."""
+    """Return the genomes with the reinforcement modules permuted among the children."""
     permuted = poison.empty(genome.shape, genome.dtype)
     permute_teachers(genome, _draw_teacher_order(len(genome), key), permuted)
     return permuted
@@ -204,14 +205,13 @@ def _shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
 def _draw_teacher_order(n_children: int, key: GenerationKey) -> Order:
     """Return a random permutation of the children: child `i` gets the teacher of `order[i]`."""
     order = poison.empty(n_children, np.int64)
-    # One number for each child.
     draws = key.uniforms(rng.TEACHER, (n_children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
     return order
 
 
 def _draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
+    """Return the genomes with new reinforcement modules, drawn from N(0, 1)."""
     redrawn = genome.copy()
     draw_module(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
     return redrawn

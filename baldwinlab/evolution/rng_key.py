@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from baldwinlab.engine import rng
 
-# [agent, module, weight].
+# Genomes of a population, [agent, module, weight].
 Genome = npt.NDArray[np.float32]
-# [agent].
+# Fitness of a population, [agent].
 Fitness = npt.NDArray[np.float64]
-# [index, draw, 4], in (0, 1).
+# Random numbers in (0, 1), [index, draw, 4]. The index is usually a child.
 Uniforms = npt.NDArray[np.float64]
-# [child, 2], the fitter parent first.
+# Indices of the parents, [child, 2], the fitter parent first.
 Parents = npt.NDArray[np.int32]
 
 

@@ -1,13 +1,15 @@
 """Selection of the parents of each child by a selection scheme.
 
-A scheme fills the parents of a `Generation`, which are drawn independently and with replacement.
-`sort_by` is a heapsort of agents for schemes: compiled code, without allocation and with a defined
-order of ties.
+A scheme fills `Generation.parents`. In `roulette`, the scheme of Le 2019, parents are drawn
+independently and with replacement. `sort_by` is a heapsort of agents for schemes: compiled code,
+without allocation and with a defined order of ties.
 
 References
 ----------
 Le 2019, section "Simulation 1: Evolution alone (EVO)". docs/explanation/model.md lists the other
 interpretations of this section (R4).
+
+.. [1] J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964): `sort_by`.
 """
 
 from __future__ import annotations
@@ -43,10 +45,10 @@ def select(
 
     - `fitness`: [agent].
     - `uniforms`: uniform numbers in (0, 1), [child, 2, 4].
-    - `run_arrays`: the scheme changes them.
+    - `run_arrays`: arrays of the run, which the scheme changes.
 
-    Returns agents, [child, 2]. If the two parents are equally fit, the order of the draws remains.
-    A survivor has `ITSELF` as its second parent.
+    Returns the parents, [child, 2]. Two parents with equal fitness remain in the order of the
+    draws. A survivor has `ITSELF` as its second parent.
     """
     scheme, code = breeding_part(experiment, "selection", run_arrays)
     minimum = type(scheme).part.minimum_fitness
@@ -62,6 +64,7 @@ def select(
             f"{setting}: the fitness of agent {agent} is {fitness[agent]:g} and must be {allowed}"
         )
     n_agents = fitness.size
+    # -1 is no agent, so the check below finds parents that the scheme does not write.
     parents = np.full((len(uniforms), 2), -1, np.int32)
     if lifetimes is None:
         lifetimes = make_lifetimes(np.empty((n_agents, 0, 0), np.float32))
@@ -89,6 +92,7 @@ def select_parents(scheme: Any, elite: int, generation: Generation) -> None:
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]
+        # The second parent of a survivor is `ITSELF`, which is negative.
         if second >= 0 and fitness[second] > fitness[first]:
             parents[child, 0], parents[child, 1] = second, first
 
@@ -108,7 +112,7 @@ def has_invalid_parent(parents: Parents, n_agents: int) -> bool:
 
 @jit_entry_point
 def find_invalid_fitness(fitness: Fitness, minimum: float) -> int:
-    """Return the first agent whose fitness is not finite or is below `minimum`, or -1."""
+    """Return the first agent with a fitness that is not finite or is below `minimum`, or -1."""
     for agent in range(fitness.size):
         is_finite = -math.inf < fitness[agent] < math.inf
         if not (is_finite and fitness[agent] >= minimum):
@@ -116,7 +120,7 @@ def find_invalid_fitness(fitness: Fitness, minimum: float) -> int:
     return -1
 
 
-# [agent].
+# Numbers by which agents are sorted, [agent].
 Keys = npt.NDArray[np.float64]
 # [rank]: the agent with this rank.
 Order = npt.NDArray[np.int64]
@@ -124,14 +128,10 @@ Order = npt.NDArray[np.int64]
 
 @compiled
 def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
-    """Fill `order` with agents in ascending order of `keys`, then of `ties`, then of their index.
-
-    References
-    ----------
-    .. [1] J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964).
-    """
+    """Fill `order` with agents in ascending order of `keys`, then of `ties`, then of the index."""
     for agent in range(order.size):
         order[agent] = agent
+    # Make a heap with the last agent at index 0. Then move the last agent of the heap to its end.
     for root in range(order.size // 2 - 1, -1, -1):
         _sift_down(keys, ties, order, root, order.size)
     for end in range(order.size - 1, 0, -1):

@@ -31,7 +31,7 @@ SpeciesArrays = dict[int, RunArrays]
 
 
 def _select_run_arrays(arrays_of_species: SpeciesArrays | None, index: int) -> RunArrays | None:
-    """Return the arrays of the run of a species, in which its parts keep their changes."""
+    """Return the dict of arrays of the run of a species, which the parts of the species change."""
     return None if arrays_of_species is None else arrays_of_species.setdefault(index, {})
 
 
@@ -44,7 +44,7 @@ class Offspring(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A species of a generation: its number, its experiment, and its agents."""
+    """A species of a generation: the index, the experiment, and the range of its agents."""
 
     number: int
     experiment: BaseExperiment
@@ -52,7 +52,7 @@ class Member(NamedTuple):
 
 
 def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iterator[Member]:
-    """Yield each species that has agents, for agents that are numbered species after species."""
+    """Yield each species that has agents. `species` [agent] must be in ascending order."""
     for index, member in enumerate(experiment.species_experiments()):
         first_agent, end = np.searchsorted(species, [index, index + 1]).tolist()
         if end > first_agent:
@@ -113,7 +113,7 @@ def make_offspring(
 ) -> Offspring:
     """Return the next generation of a population with several species.
 
-    `lifetimes`: results of the parents' generation. The species are in ascending order.
+    `lifetimes`: results of the parents' generation. `lifetimes.species` is in ascending order.
     """
     settings = experiment.at(key.generation - 1)
     species = lifetimes.species
@@ -131,7 +131,7 @@ def make_offspring(
             _select_run_arrays(arrays_of_species, index),
         )
         genomes.append(children)
-        # A negative number means that a child has no parent.
+        # Indices within the species become indices in the population. -1 is no parent, and stays.
         has_parent = parents_in_species >= 0
         parents[agents] = parents_in_species + np.where(has_parent, agents.start, 0)
     return Offspring(stack_genomes(experiment, genomes), parents, species)
@@ -147,12 +147,12 @@ def _breed_across(
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
-    The variation and the teacher control of its species apply to a child.
+    The variation and the teacher control of this species apply to the child.
     """
     members = experiment.species_experiments()
     require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
-    # The selection is equal for all species.
+    # All species have the same selection, so the part and the arrays of species 0 are used.
     run_arrays = _select_run_arrays(arrays_of_species, 0)
     parents = select(
         members[0], fitness, uniforms, lifetimes._replace(genome=genome), key, run_arrays
@@ -168,7 +168,7 @@ def _breed_across(
         parents_in_species = parents.copy()
         if type(member.part("evolution.variation")).vary_population is vary_population.default:
             # The children of other species are copied, because a copy is faster than variation.
-            # Their numbers remain, because the random numbers of a child depend on its number.
+            # No child is removed, because the random numbers of a child depend on its index.
             parents_in_species[species_of_children != index, 1] = ITSELF
         all_children = make_children(member, key, genome, fitness, parents_in_species, run_arrays)
         varied = all_children[order[agents]]

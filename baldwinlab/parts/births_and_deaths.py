@@ -15,8 +15,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import ZERO
 
-# x of a dead agent, in widths of the map. Agents also see the copies of the map next to it, but not
-# as far as this x.
+# x of a dead agent, in widths of the map: out of sight, even across the edges of the map.
 DEAD_X = np.float32(-3)
 
 
@@ -59,8 +58,8 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     """Let two agents have a child, in a per-world hook.
 
     The variation of the experiment creates the genome. The child has the first free slot of the
-    world, a random birthplace in the start disc, and the age 0. It learns from its genome. Set
-    `state.positions` after the call to choose another birthplace.
+    world, a random birthplace in the start disc, and the age 0. Learning begins with the weights of
+    the genome. Set `state.positions` after the call to choose another birthplace.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The kind of part that performs the actions of an agent, and its hooks."""
+"""The kind of part that performs the actions of an agent, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Write the chosen action to `state.action` [1, lane].
 
     Per agent, once per step, after the network has computed its outputs. The default action is the
-    index of the largest output. If several outputs are equal, the action is the smallest of their
-    indices.
+    index of the largest output. If several outputs are largest, the action is the lowest index of
+    these outputs.
 
     Parameters
     ----------

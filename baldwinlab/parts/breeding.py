@@ -41,7 +41,7 @@ def copy_genome(genome: Any, into: Any) -> None:
 def breeding_part(
     experiment: Any, field: str, run_arrays: RunArrays | None = None
 ) -> tuple[Any, tuple[Callable[..., Any], ...]]:
-    """Return the first argument of the hooks of a part that creates generations, and its code.
+    """Return the values and the compiled functions of a part that creates generations.
 
     - `field`: field of the table `evolution` that names the part, such as "selection".
     - `run_arrays`: arrays of the run. The function adds missing arrays of the part to this dict.

@@ -1,14 +1,14 @@
 """Genes of parts: numbers that agents inherit in addition to the weights of their networks.
 
-A part declares its genes by name. They are the last entries of the first module of a genome. Each
+A part declares genes by name. Genes are the last entries of the first module of a genome. Each
 child inherits each gene from one of its parents, and the gene can mutate.
 
 References
 ----------
 .. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): log-normal mutation.
 .. [2] H.-G. Beyer, "Evolution strategies", Scholarpedia 2 (2007): the size 1 / sqrt(2 n) of a
-   log-normal mutation, for one step size of n weights. With a step size for each weight, it is the
-   size of the common factor: T. Bäck and H.-P. Schwefel, Evolutionary Computation 1 (1993).
+   log-normal mutation, for one step size of n weights. With a step size for each weight, this is
+   the size of the common factor: T. Bäck and H.-P. Schwefel, Evolutionary Computation 1 (1993).
 """
 
 from __future__ import annotations

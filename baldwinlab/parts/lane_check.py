@@ -61,10 +61,8 @@ LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * mode
 FIXED_ARGUMENTS: Final = ("lane", "world", "agent")
 
 Roles = Mapping[str, str]
-"""Role of each name: "state", "part", "training", "array", "lane", "world" or "agent".
-
-An array of the part has the name "part.NAME".
-"""
+"""Role by name: "state", "part", "training", "array", "lane", "world" or "agent". The array NAME of
+the part has the name "part.NAME"."""
 Functions = Mapping[str, ast.FunctionDef]
 """Functions of a file by name."""
 

@@ -1,6 +1,6 @@
-"""The kind of part that changes the weights of an agent during its lifetime, and its hooks.
+"""The kind of part that changes the weights of an agent during a lifetime, and the hooks.
 
-A *synapse* is a weight of the action module, with its source unit and its target unit.
+A *synapse* is a weight of the action module, with a source unit and a target unit.
 `SynapticRule` calls `compute_change` for every synapse. A Hebbian rule is then one expression:
 
     class Oja(SynapticRule, name="oja"):
@@ -124,8 +124,8 @@ class LearningRule(Part):
         True if the rule changes weights by the same amount as self-teaching. The assay `innate`
         then simulates `self-taught` with `control = "drift"` as a control of this rule.
     answers : tuple of str
-        Names of the outputs of the reinforcement module. Empty if the outputs are those of the
-        action module.
+        Names of the outputs of the reinforcement module. Empty if these are the names of the
+        outputs of the action module.
     teacher_array : str
         Name of the int array of the part with the index of each agent's teacher. The entry of an
         agent without a teacher is the index of this agent. "" for a rule without teachers.
@@ -157,7 +157,7 @@ LAYER_VALUES: Final[Mapping[str, Any]] = {
 
 
 class Synapse(NamedTuple):
-    """A weight of the action module, and the activations of its units.
+    """A weight of the action module, and the activations of the two connected units.
 
     Attributes
     ----------
@@ -260,7 +260,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
 
 
 class SynapticRule(LearningRule):
-    """Base of the learning rules that change each weight by an expression of its activations.
+    """Base of the learning rules that change each weight by an expression of the activations.
 
     A rule defines the hook `compute_change`. Weights are limited to [-10, 10]. A rule with other
     limits defines the hook `change_synapse`. A rule with other derived values includes those of

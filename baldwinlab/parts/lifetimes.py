@@ -18,8 +18,8 @@ RECORDS_PREFIX: Final = "Records("
 class Lifetimes(NamedTuple):
     """Results of the lifetimes of a population. Hooks read them, and compiled code accepts them.
 
-    With several lifetimes per agent (`lifetime.repeats`), `evaluate` reads each of them separately.
-    A selection and a stop read means of the lifetimes, except for `eaten` and `position`.
+    With several lifetimes per agent (`lifetime.repeats`), `evaluate` is called for each lifetime. A
+    selection and a stop read means of the lifetimes, except for `eaten` and `position`.
 
     Attributes
     ----------

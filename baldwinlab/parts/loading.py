@@ -63,7 +63,7 @@ class Source(NamedTuple):
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Execute a file with parts and register the parts. They replace parts with the same names.
+    """Execute a file with parts and register the parts, which replace parts with the same names.
 
     Parameters
     ----------

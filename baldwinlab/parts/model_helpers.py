@@ -25,7 +25,7 @@ def draw_unit(state: Any, world: int, purpose: int, index: int, draw: int) -> np
     Parameters
     ----------
     state : State
-        Arrays of the step. They contain the seed, the run and the generation.
+        Arrays of the step, with the seed, the run and the generation.
     world : int
         Index of the world.
     purpose : int

@@ -49,8 +49,8 @@ class LifeResults(NamedTuple):
     position : array, float32 [run, agent, 2], or None
         Position at the end, x and y. None without a world.
     lifetimes : tuple of LifeResults
-        Results of each lifetime, if agents have several lifetimes. The other fields are then means,
-        except for `eaten`, which is a sum, and `position`, which is from the first lifetime.
+        Results of each lifetime, if agents have several lifetimes. `energy`, `cost` and `records`
+        are then means, `eaten` is a sum, and the other fields are those of the first lifetime.
     """
 
     energy: npt.NDArray[np.float64]
@@ -100,7 +100,7 @@ class Model(Part):
         Name of the record with a trait at birth on which selection acts, or "" for innate fitness.
     learned_distance : str
         Name of the record, or of the entry of `shares`, with the distance between an agent at birth
-        and its goal of learning. "" for the distance of its weights between birth and death.
+        and the goal of learning. "" for the distance between the weights at birth and at death.
     learning_time : str
         Name of the record with the number of steps or trials until an agent has learned, or "".
     learning_amount : str

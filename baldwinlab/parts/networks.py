@@ -1,4 +1,4 @@
-"""The kind of part that computes outputs from inputs, and its hooks."""
+"""The kind of part that computes outputs from inputs, and the hooks of this kind."""
 
 from __future__ import annotations
 

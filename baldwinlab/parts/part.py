@@ -7,7 +7,7 @@ A part is a subclass of a kind of part, with a name: `class Social(LearningRule,
 - Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
 
 The kind declares the names of the arguments of each hook. The first argument is the part: a
-NamedTuple of its numeric settings, its `derived` values and its arrays.
+NamedTuple of the numeric settings, the `derived` values and the arrays of the part.
 
 Parts of agents and of their world have two types of hooks. A *per-agent* hook is called for one
 lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. The hook
@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
 else:
     FieldsMeta = type(Fields)
-# Kinds of parts whose hooks create generations. They have no arrays of agents.
+# Kinds of parts with hooks that create generations. Such parts have no arrays of agents.
 BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
 # Hooks that read results of lifetimes.
 READING_HOOKS: Final = ("evaluate", "select", "should_stop")
 
 
 class PartMeta(FieldsMeta):
-    """Metaclass of parts, for which `loading` registers how their classes are pickled."""
+    """Metaclass of parts. `loading` registers a function that pickles classes of this metaclass."""
 
 
 class Part(Fields, metaclass=PartMeta):
@@ -77,7 +77,7 @@ class Part(Fields, metaclass=PartMeta):
         `part.NAME`.
     required_settings : Mapping[str, Any]
         Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
-        them.
+        these settings.
     genes : Mapping[str, Gene]
         Genes of the part by name. In hooks of a lifetime, `part.NAME` is an array [1, lane] with
         the gene of each agent. In hooks of evolution, `part.NAME` is the index of the gene in the
@@ -219,7 +219,7 @@ def _default_hooks(part: type[Part]) -> dict[str, Callable[..., Any]]:
 
 
 def add_record_arrays(part: Any) -> None:
-    """Declare an array for each record of a part, after its other arrays."""
+    """Declare an array for each record of a part, after the other arrays of the part."""
     for name, array in part.records.items():
         is_number = isinstance(array, Array) and (array.owner, array.rows) == ("agent", (1,))
         if not is_number or array.dtype not in RECORD_TYPES:

@@ -1,4 +1,4 @@
-"""The kind of part that selects the parents of each child, and its hooks."""
+"""The kind of part that selects the parents of each child, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from baldwinlab.parts.world_features import end_step
 
 
 class Generation(NamedTuple):
-    """A population at the end of its lifetimes, and the parents of its children.
+    """A population at the end of a lifetime, and the selected parents of the next generation.
 
     Attributes
     ----------
@@ -112,8 +112,8 @@ def mark_fittest(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> N
     """Mark the fittest agents as survivors.
 
     - `fitness`: [agent].
-    - `ties` [agent]: agents with the same fitness survive in the order of these numbers, then of
-      their index.
+    - `ties` [agent]: agents with the same fitness survive in ascending order of these numbers, then
+      of the index of the agent.
     - `parents` [child, 2]: output: the function sets the first `count` rows to (agent, `ITSELF`).
     """
     # -1 is no agent: there is no previous survivor, or no candidate yet.

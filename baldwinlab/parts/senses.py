@@ -1,4 +1,4 @@
-"""The kind of part that computes the inputs of an agent, and its hooks."""
+"""The kind of part that computes the inputs of an agent, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
 
 
 def _count_inputs(part: Any) -> Any:
-    """Return the number of inputs of a sense, from the first argument of its hooks."""
+    """Return the number of inputs of a sense, by the first argument `part` of the hooks."""
     inputs = type(part).part.inputs
     return part.n_inputs if isinstance(inputs, property) else len(inputs)
 

@@ -1,4 +1,4 @@
-"""The kind of part that creates the genomes of founders and children, and its hooks."""
+"""The kind of part that creates the genomes of founders and children, and the hooks."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ MUTATION_READERS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "mutation_rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
     # Size of a mutation, for example of the interval U(-size, size) that is added to a weight.
     "mutation_size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    # Whether one random number decides if all weights of a child mutate, or none. Otherwise each
-    # weight has its random number.
+    # Whether one random number decides if all weights of a child mutate, or none. Otherwise there
+    # is a random number for each weight.
     "mutation_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
 }
 """Functions that return derived values of a variation, by setting of the table `evolution`."""

@@ -1,4 +1,4 @@
-"""The kind of part that adds items, walls or changes to the world, and its hooks."""
+"""The kind of part that adds items, walls or changes to the world, and the hooks of this kind."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs has few threads
 
 @contextmanager
 def without_contraction() -> Iterator[None]:
-    """Compile without fused multiply-adds: NVVM emits them, and numba-cuda has no option for it."""
+    """Compile without fused multiply-adds, which NVVM emits and numba-cuda cannot switch off."""
     compile_ir = nvvm.compile_ir
     nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
     try:

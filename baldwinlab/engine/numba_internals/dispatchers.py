@@ -124,7 +124,7 @@ def find_compiled_function(dispatcher: Any, types: tuple[Any, ...]) -> Callable[
 
 
 def compile_to_llvm(dispatcher: Any, signature: Any) -> tuple[str, str]:
-    """Compile a function, and return its code in LLVM's language and its name there."""
+    """Compile a function. Return (LLVM code as text, name of the function in this code)."""
     dispatcher.compile(signature)
     result = dispatcher.overloads[signature.args]
     return result.library.get_llvm_str(), result.fndesc.llvm_func_name

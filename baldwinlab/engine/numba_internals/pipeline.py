@@ -76,10 +76,7 @@ class LinkedLibrary(Library):
     """The code of a function that is linked into its callers and has no machine code itself."""
 
     def _optimize_final_module(self) -> None:
-        """Run the cheap passes; the caller's passes follow.
-
-        Without the cheap passes, a lifetime without learning takes 6 % longer.
-        """
+        """Run cheap passes. Without them, a lifetime without learning takes 6 % longer."""
         passes, builder = self._codegen._module_pass_manager(opt=0, cost="cheap")
         passes.run(self._final_module, builder)
 
@@ -109,12 +106,12 @@ class LinkedLibrary(Library):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Lowering(NativeLowering):  # type: ignore[misc]
-    """The lowering of a function into the library that its compiler chooses."""
+    """The lowering of a function into a library of the class `Compiler.library_class`."""
 
     _name = "baldwinlab_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Lower a function, and call its library's `finish_lowering`."""
+        """Lower a function, and call `finish_lowering` of the library."""
         codegen = state.targetctx.codegen()
         name = state.func_id.func_qualname
         library = state.library = state.pipeline.library_class(codegen, name)
