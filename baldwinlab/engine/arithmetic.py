@@ -89,9 +89,9 @@ POWER_DENOMINATOR: Coefficients = (
     2.07960819286001865907e3,
 )
 
-# The normal quantile: rational approximations in the middle, the tails, and the far tails. The
-# middle is |p - 1/2| <= MIDDLE_HALF_WIDTH. A tail has the variable r = sqrt(-ln p), and the
-# polynomials are in r - TAIL_ORIGIN. A far tail has r > FAR_TAIL_START.
+# The normal quantile: rational approximations in the middle, |p - 1/2| <= MIDDLE_HALF_WIDTH, in the
+# tails, and in the far tails. With r = sqrt(-ln p), the variable of a tail is r - TAIL_ORIGIN. For
+# r > FAR_TAIL_START, the variable is r - FAR_TAIL_START.
 MIDDLE_HALF_WIDTH: Final = 0.425
 MIDDLE_HALF_WIDTH_SQUARED: Final = 0.180625
 TAIL_ORIGIN: Final = 1.6

@@ -73,7 +73,7 @@ def _translate(reason: str) -> str:
 def _explain_call(name: str, engine_types: set[str], types: str) -> str:
     """Return the error of a call of `name` with argument `types`.
 
-    `engine_types`: types of the engine in `types`, of "wide", "mask" and "lane_block".
+    `engine_types`: types of the engine that `types` contains: "wide", "mask" or "lane_block".
     """
     if name in ("getitem", "static_getitem", "setitem", "static_setitem"):
         return (

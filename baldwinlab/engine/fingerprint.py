@@ -1,11 +1,10 @@
 """Fingerprints of functions, and hashes of source files, which together identify compiled code.
 
 A fingerprint identifies a function in memory, in the cache and during compilation. A hash of a
-source file ignores comments and docstrings.
-
-Compiled code contains functions from the modules of the chosen parts, and from all modules that
-these import, directly or indirectly. So `hash_modules` follows the imports inside the package. A
-change of another module, for example of another learning rule, does not change the hash.
+source file ignores comments and docstrings. Compiled code contains functions from the modules of
+the chosen parts, and from all modules that these import, directly or indirectly. So `hash_modules`
+follows the imports inside the package. A change of another module, for example of another learning
+rule, does not change the hash.
 
 The hash of a file is the same for all versions of Python. The computation takes 10 ms per file, so
 results are stored: in the package for the shipped entry points (`STORED`), and in the cache for all

@@ -118,7 +118,7 @@ def _cached_jit(
 
 
 def _argument_type(value: Any) -> Any:
-    """Return a key of the type of an argument, which differs between types of Numba.
+    """Return a key of an argument. Arguments of different Numba types have different keys.
 
     Numba would compute the type of a part at every call, which took as long as reproduction.
     """

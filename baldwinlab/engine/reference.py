@@ -117,6 +117,7 @@ def _emit_dereference(context: Any, builder: Any, signature: Any, arguments: Any
     return make_tuple(context, builder, kind.tuple_type, fields)
 
 
+# The types of the two functions in compiled code: tuple to `Scattered`, and reference to tuple.
 type_callable(as_pointer)(lambda context: lambda tuple_type: Scattered(tuple_type))
 lower_builtin(as_pointer, BaseNamedTuple)(_emit_as_pointer)
 type_callable(dereference)(

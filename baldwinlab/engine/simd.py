@@ -210,6 +210,7 @@ def _register_instructions(
 
 def _emit_address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     """Return the address of `array[row, lane]`, for one lane or a SIMD block."""
+    # `put` has the value as fourth argument.
     array_type, row_type, lane_type = signature.args[:3]
     array, row, lane = arguments[:3]
     # The value of a block is the index of the first lane.

@@ -40,7 +40,7 @@ def use_threads(count: int) -> Iterator[None]:
 
 
 def count_threads(size: int, minimum_size: int) -> int:
-    """Return the number of threads for `size` entries. Each thread gets at least `minimum_size`.
+    """Return the number of threads for `size` entries, at least `minimum_size` for each thread.
 
     Plain Python, and work on fewer entries than `minimum_size`, use one thread.
     """

@@ -59,10 +59,7 @@ Entry = tuple[Callable[..., Any], Sequence[Any]]
 
 
 def module(entries: Mapping[str, Entry]) -> bytes:
-    """Compile a WebAssembly module that exports functions by name.
-
-    Raise RefusedError if no linker is installed.
-    """
+    """Compile a WebAssembly module that exports functions. Raise RefusedError without a linker."""
     linker = find_linker()
     machine = _make_target_machine()
     linked_module: Any = None
@@ -135,6 +132,7 @@ def _link(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:
             "-z",
             f"stack-size={STACK_BYTES}",
         ]
+        # The linker defines `__heap_base`, the address of the first free byte.
         names = [f"--export={name}" for name in (*exported, "__heap_base")]
         command = [*linker, *options, *names, "-o", str(target), str(source)]
         result = subprocess.run(command, capture_output=True, text=True)
@@ -189,6 +187,7 @@ def compile_in_subprocess(module_name: str, request: Any) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         variables = {
             "BALDWINLAB_LANES": str(N_LANES),
+            # The code is optimized for WebAssembly, and not before by Numba.
             "NUMBA_OPT": "0",
             "BALDWINLAB_CACHE": folder,
         }

@@ -77,7 +77,7 @@ def breed(
     """Select parents and make their children.
 
     A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
-    the key of the children's generation. Returns the results of `make_generation`.
+    the key of the children's generation. Returns (genomes, parents) as `make_generation`.
     """
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     if lifetimes is None:

@@ -73,8 +73,8 @@ def mean_fitness(
 def find_archive_fitness(experiment: BaseExperiment) -> str:
     """Return the fitness that depends on earlier generations of a run, or "".
 
-    Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime that is
-    simulated outside its run has no archive. The result is "evolution.fitness = 'novelty'".
+    Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime outside
+    its run has no archive. The result is a setting, such as "evolution.fitness = 'novelty'".
     """
     for _, segment in experiment.segments():
         for member in segment.species_experiments() or (segment,):

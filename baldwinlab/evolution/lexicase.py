@@ -58,9 +58,10 @@ def _read_case(lifetimes: Lifetimes, case: Any, agent: Any) -> float:
 
 @compiled
 def _find_next_case(stream: Stream, first_draw: int, n_cases: int, previous: int) -> int:
-    """Return the case after `previous` in the order of the random numbers of the cases.
+    """Return the case after `previous` in the random order of the cases.
 
-    `previous` is -1 for the first case. The result is -1 after the last case.
+    The draws from `first_draw` on sort the cases. `previous` is -1 to find the first case. The
+    result is -1 after the last case.
     """
     next_case = -1
     for case in range(n_cases):

@@ -160,6 +160,7 @@ def _breed_across(
     # The second parent of a survivor is the survivor, too.
     complete_parents = np.where(parents == ITSELF, parents[:, :1], parents)
     species_of_children = draw_species(key, lifetimes.species, complete_parents)
+    # A stable sort keeps the order of the children within a species.
     order = np.argsort(species_of_children, kind="stable")
     sorted_species = species_of_children[order]
     children = np.empty_like(genome)

@@ -1,11 +1,9 @@
 """Functions for parts that create generations, and the kinds fitness, inheritance and stop.
 
-The kinds `selection` and `variation` have their own modules.
-
-The hooks of these parts run on the CPU and read the entire population. Numbers are float64 unless
-stated otherwise. Genomes are float32 [agent, module, weight]. The caller passes random numbers as
-arrays. `vary_population` draws random numbers with `brood.key`, and a selection can draw further
-random numbers from `generation.stream`.
+The kinds `selection` and `variation` have their own modules. The hooks of these parts run on the
+CPU and read the entire population. Numbers are float64 unless stated otherwise. Genomes are float32
+[agent, module, weight]. The caller passes random numbers as arrays. `vary_population` draws random
+numbers with `brood.key`, and a selection can draw further random numbers from `generation.stream`.
 """
 
 from __future__ import annotations

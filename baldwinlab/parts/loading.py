@@ -113,6 +113,7 @@ def load_text(text: str, file: Path) -> ModuleType:
                 f"{file} has no part: it must define a class that derives from a kind of part and "
                 "has a name"
             )
+    # An interruption must not leave a part of the file registered, either.
     except BaseException as error:
         del sys.modules[name]
         _restore_registry(previous_parts)

@@ -47,7 +47,7 @@ from baldwinlab.evolution.rng_key import Genome
 Draws = npt.NDArray[np.float64]
 # First row of `draws` for links. The four columns of a row decide, in this order:
 # Row 0: whether weights mutate, whether a node is added, whether a link is added, the split link.
-# Row 1: nodes of a new link, weight of the new link, parent with the structure, unused.
+# Row 1: nodes of a new link, weight of the new link, parent that gives the structure, unused.
 # Rows of links: parent of the weight, whether a disabled link is enabled, whether the weight is
 # perturbed or drawn again, size of the change.
 FIRST_LINK_ROW = 2
@@ -179,6 +179,7 @@ def _find_open_pair(graph: Graph, loops: bool, index: int, marks: Any) -> Any:
     source = ZERO
     target = ZERO
     for begin in range(nodes):
+        # A link never leads to an input.
         for end in range(int(graph[INPUTS]), nodes):
             first = node_number(graph, begin)
             second = node_number(graph, end)
@@ -205,6 +206,7 @@ def _find_equal_node(children: Genome, number: int, first: int, source: Any, tar
                 and defines_node(child, link)
                 and child[gene_offset(link) + SOURCE] == source
             )
+            # A split adds the links `node`, to the new node, and `node + 1`, from the new node.
             if is_split and link_number(child, node, target) == node + ONE:
                 equal_node = node
     return equal_node

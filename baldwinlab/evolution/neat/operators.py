@@ -1,12 +1,11 @@
 """The selection `species` and the variation `neat`, which together are NEAT.
 
-Each can be combined with other parts. `neat` with another selection is NEAT without species.
-
-All defaults are from section 4.1 of the paper, unless the description says "our choice".
-The paper leaves some rules open. Our choices are as follows. If two parents have the same fitness,
-the structure is that of a random parent. The number of members of a species that reproduce is the
-given share plus one, as in the authors' program, from memory. A parent from another species is any
-agent of the population. All children can mutate.
+Each can be combined with other parts. `neat` with another selection is NEAT without species. All
+defaults are from section 4.1 of the paper, unless the description says "our choice". The paper
+leaves some rules open. Our choices are as follows. If two parents have the same fitness, the
+structure is that of a random parent. The number of members of a species that reproduce is the given
+share plus one, as in the authors' program, from memory. A parent from another species is any agent
+of the population. All children can mutate.
 
 References
 ----------
@@ -311,6 +310,7 @@ class Neat(Variation, name="neat"):
                 key.seed, key.run, key.generation, rng.INHERITANCE, child, child_draws
             )
             if first_parent != second_parent:
+                # If neither parent is the fitter one, a random parent gives the structure.
                 is_fitter_unknown = part.blind or fitness[first_parent] == fitness[second_parent]
                 if is_fitter_unknown and child_draws[1, 2] < 0.5:
                     first_parent, second_parent = second_parent, first_parent

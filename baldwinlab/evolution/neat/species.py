@@ -99,8 +99,8 @@ def next_species(genome: Genome, after: Any) -> Any:
 def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
     """Return (number of members, mean fitness, best, best_ever, stale) of a species.
 
-    `best` is the best fitness of this generation, and `best_ever` that of all generations. `stale`
-    is the number of successive generations without an increase of `best_ever`, up to this one.
+    `best` is the best fitness of this generation, and `best_ever` of all generations until now.
+    `stale` is the number of successive generations without an increase of `best_ever`.
     """
     size = 0
     total = 0.0
