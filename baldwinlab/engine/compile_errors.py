@@ -13,6 +13,7 @@ from baldwinlab.core.errors import PartError
 PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 MAX_REASON_LENGTH: Final = 300
 ANSI_COLOR: Final = re.compile(r"\x1b\[[0-9;]*m")
+# In a message of Numba, the reason stands between matches of these two patterns.
 REASON_START: Final = re.compile(r"Failed in nopython mode pipeline.*\n")
 REASON_END: Final = re.compile(
     r"\n\s*(There (are|is) \d+ candidate|During:|File \"|- Of which|- argument|$)"

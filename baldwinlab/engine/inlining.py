@@ -1,10 +1,9 @@
 """Functions that are compiled into other functions only, and have no machine code of their own.
 
 By default, Numba optimizes every function that compiled code calls, and compiles it to machine
-code. The functions of `jit.compiled` are only lowered (translated to LLVM code), because they are
-all inlined, and Python never calls machine code of such a function. So LLVM optimizes the entry
-point once, with all functions in it. This saves a third of the time of a compilation. Results and
-speed do not change.
+code. The functions of `jit.compiled` are only lowered (translated to LLVM code), because all these
+functions are inlined. So LLVM optimizes the entry point once, with all functions in it. This saves
+a third of the time of a compilation. Results and speed do not change.
 
 Most functions read few fields of the state. For example, eating does not read the learning rule.
 `_Linked.reads` lists the fields of tuples (`reference.py`) that a function and its callees read.

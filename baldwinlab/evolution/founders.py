@@ -130,6 +130,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
         )
         n_genes = len(experiment.gene_names)
         if n_genes > 0:
+            # The genes of parts are the last genes of a genome.
             founders = np.pad(founders, [(0, 0), (0, 0), (0, n_genes)])
             set_initial_genes(experiment, founders)
         require_finite(experiment, key, founders, "model")
@@ -140,6 +141,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     for module_index, purpose in enumerate(list_module_purposes(experiment)):
         draw_module(key, purpose, genome, module_index)
     variation, _ = breeding_part(experiment, "variation")
+    # The hook is called in plain Python.
     type(variation).part.init_founders(variation, genome)
     set_initial_genes(experiment, genome)
     require_finite(experiment, key, genome, "evolution.variation")

@@ -89,8 +89,7 @@ def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
     lane : int
         Column of the agent.
     table : array [weight, 3]
-        Output: source unit, target unit and weight of each link, from the first row on. A bias is a
-        link from unit -1.
+        Output: source unit, target unit and weight of each link. A bias is a link from unit -1.
 
     Returns
     -------

@@ -76,8 +76,7 @@ class Part(Fields, metaclass=PartMeta):
         Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
         `part.NAME`.
     required_settings : Mapping[str, Any]
-        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
-        these settings.
+        Settings by dotted path that an experiment with the part needs, for `baldwinlab check`.
     genes : Mapping[str, Gene]
         Genes of the part by name. In hooks of a lifetime, `part.NAME` is an array [1, lane] with
         the gene of each agent. In hooks of evolution, `part.NAME` is the index of the gene in the

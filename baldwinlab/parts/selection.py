@@ -72,7 +72,7 @@ def select(part: Any, generation: Generation) -> None:
 def mark_survivors(part: Any, generation: Generation, count: int) -> None:
     """Mark the agents that survive unchanged.
 
-    Per population, after selection, if `evolution.elite` is above 0. By default the `count` fittest
+    Per population, after `select`, also if `count` is 0. By default the `count` fittest agents
     survive, with ties broken at random.
 
     Parameters

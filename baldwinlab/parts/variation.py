@@ -71,8 +71,7 @@ class Brood(NamedTuple):
 def vary(part: Any, mating: Mating) -> None:
     """Create one child from two parents.
 
-    Per child, called by the default `vary_population`. The hook must write every entry of
-    `mating.child`.
+    Per child, called by the default `vary_population`. The hook must fill `mating.child`.
 
     Parameters
     ----------
@@ -126,7 +125,7 @@ def vary_children(part: Any, brood: Brood, first_child: int, end_child: int) -> 
 def init_founders(part: Any, genome: Any) -> None:
     """Change the genomes of the founders.
 
-    Per population, in the first generation. By default the genomes stay as they are drawn.
+    Per population, in each generation without parents. By default the genomes stay as drawn.
 
     Parameters
     ----------

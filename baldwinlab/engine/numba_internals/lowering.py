@@ -64,8 +64,8 @@ def item_address(
 ) -> Any:
     """Return the address of an item of an array. `indices` has pairs of a type and a value."""
     structure = context.make_array(kind)(context, builder, array)
-    # `wraparound=False`: a negative index does not count from the end.
     numbers = [cast_to_index(context, builder, value, of) for of, value in indices]
+    # `wraparound=False`: a negative index does not count from the end.
     return cgutils.get_item_pointer(context, builder, kind, structure, numbers, wraparound=False)
 
 

@@ -79,7 +79,7 @@ def count_entries(max_links: int) -> int:
 def make_minimal_graphs(
     inputs: int, outputs: int, max_links: int, weights: npt.NDArray[Any]
 ) -> npt.NDArray[np.float32]:
-    """Return networks [agent, entry] with `weights` [agent, link] from each input to each output."""
+    """Return networks [agent, entry] with `weights` [agent, link] from all inputs to outputs."""
     graphs = np.zeros((len(weights), count_entries(max_links)), np.float32)
     # `init_minimal_graph` moves the weights from the first entries into the genes.
     graphs[:, : inputs * outputs] = weights

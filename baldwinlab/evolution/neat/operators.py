@@ -68,8 +68,7 @@ def require_graphs(experiment: Any, setting: str) -> None:
 class SpeciesSelection(Selection, name="species"):
     """Children per species in proportion to the mean fitness of the species.
 
-    The champion of a large species survives. A species without improvement for a long time has no
-    children.
+    The champion of a large species survives. A species that stagnates for long has no children.
 
     References
     ----------
