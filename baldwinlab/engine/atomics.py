@@ -24,7 +24,7 @@ from baldwinlab.engine.numba_internals.lowering import (
     none_value,
 )
 
-# Rounds of waiting before a thread sleeps. They take about 0.1 ms, more than the usual wait.
+# Rounds of waiting before a thread sleeps: about 0.1 ms, which is more than the usual wait.
 ROUNDS_BEFORE_SLEEP: Final = 100_000
 _INT64_BYTES: Final = 8
 # System function and duration of a sleep: 1 ms on Windows, 50 microseconds on other systems.

@@ -162,7 +162,7 @@ class FileCodeStore(CodeStore):
         return self._find_bitcode(signature)
 
     def _digest(self, key: str, content: bytes) -> bytes:
-        """Return the SHA-256 of code and its path, which detects exchanged files."""
+        """Return the SHA-256 of code and of the path of its file, which detects exchanged files."""
         return hashlib.sha256(f"{self._directory.name}/{key}\n".encode() + content).digest()
 
     def _path(self, key: str) -> Path:

@@ -1,7 +1,7 @@
 """Compile functions to a WebAssembly module for browsers.
 
 The WebAssembly module executes the same floating-point instructions as the compiled code of this
-machine, so its results are bit-identical. Numba generates LLVM code for this machine. The functions
+machine, so the results are bit-identical. Numba generates LLVM code for this machine. The functions
 below change the target of this code to WebAssembly and then optimize it. An entry point takes
 addresses of named tuples (`reference.py`) and returns nothing. The WebAssembly module imports only
 its memory.

@@ -57,7 +57,7 @@ def mean_fitness(
     genome: Genome,
     run_arrays: RunArrays | None = None,
 ) -> Fitness:
-    """Return the fitness of the agents of a run, the mean over their lifetimes.
+    """Return the fitness of the agents of a run, as the mean over repeated lifetimes.
 
     `genome`: genomes of the run at birth, [agent, module, weight]. `run_arrays`: arrays of the run,
     which the fitness part changes. Returns fitness, [agent]. Raises ValueError if the part gives

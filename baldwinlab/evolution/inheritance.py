@@ -237,7 +237,7 @@ def has_parent_teachers(experiment: Experiment) -> bool:
 def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) -> Parents | None:
     """Return the agents [child, 2] of the previous generation that teach each child.
 
-    None if teachers do not come from learned weights. `key` is the key of the children.
+    Return None if teachers do not come from learned weights. `key` is the key of the children.
     """
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None

@@ -62,7 +62,7 @@ def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iter
 def compute_species_fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, arrays_of_species: SpeciesArrays | None = None
 ) -> Fitness:
-    """Return the fitness of all agents, each by the fitness part of its species.
+    """Return the fitness of all agents, computed by the fitness parts of the species.
 
     The parts change `arrays_of_species`, the arrays of the run by species.
     """
@@ -84,7 +84,7 @@ def inherit_within_species(
     learned: Genome | None,
     arrays_of_species: SpeciesArrays | None = None,
 ) -> Genome:
-    """Return the inherited genomes of all agents, each by the inheritance of its species.
+    """Return the inherited genomes of all agents, computed by the inheritances of the species.
 
     `learned` [agent, weight] is the first module at death, or None if no species needs it. The
     parts change `arrays_of_species`, the arrays of the run by species.

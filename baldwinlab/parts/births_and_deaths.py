@@ -27,7 +27,7 @@ def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> N
 
 @hook
 def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int, int]) -> int:
-    """Let two parents have a child, and return its slot, or -1 if no slot is free.
+    """Let two parents have a child. Return the slot of the child, or -1 if no slot is free.
 
     `part`: the population of the species. `parents`: indices in the world, the fitter one first.
     """
@@ -38,8 +38,8 @@ def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int
 def die(model: Any, state: Any, world: int, agent: int) -> None:
     """Let an agent die, in a per-world hook.
 
-    A dead agent neither senses, moves, eats nor learns, and no agent senses it. Its slot is free
-    for a newborn. Its weights stay as they are. The call has no effect on a dead agent.
+    A dead agent neither senses, moves, eats nor learns, and no agent senses it. The slot is free
+    for a newborn. The weights stay unchanged. The call has no effect on a dead agent.
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ def _read_value(value: Any, part: Any, experiment: Any) -> Any:
 
 
 def add_gene_arrays(part: Any) -> None:
-    """Declare an array for each gene of a part of agents or of their world, after its arrays."""
+    """Declare an array for each gene of a part of agents or of the world, after other arrays."""
     gene_arrays = dict.fromkeys(part.genes, GENE_ARRAY)
     # A subclass inherits the arrays of genes, which must stay the last arrays.
     arrays = {name: array for name, array in part.arrays.items() if name not in gene_arrays}

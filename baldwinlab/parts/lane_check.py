@@ -53,7 +53,7 @@ SHARED_FIELDS: Final = (
     "senses",
     "features",
 )
-# Attributes of an array that do not read its entries.
+# Attributes of an array that read no entries.
 ARRAY_PROPERTIES: Final = ("shape", "dtype", "ndim")
 # Expressions of the lane in hooks with the arguments (world, agent).
 LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * model.agents")

@@ -9,7 +9,7 @@ A part is a subclass of a kind of part, with a name: `class Social(LearningRule,
 The kind declares the names of the arguments of each hook. The first argument is the part: a
 NamedTuple of the numeric settings, the `derived` values and the arrays of the part.
 
-Parts of agents and of their world have two types of hooks. A *per-agent* hook is called for one
+Parts of agents and of the world have two types of hooks. A *per-agent* hook is called for one
 lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. The hook
 must not read other agents. It reads and writes its lane only by `get` and `put`. A *per-world* hook
 may read and write the arrays of all agents of its world: `prepare_senses`, `observe_others`,

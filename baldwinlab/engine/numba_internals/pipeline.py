@@ -76,7 +76,7 @@ class LinkedLibrary(Library):
     """The code of a function that is linked into its callers and has no machine code itself."""
 
     def _optimize_final_module(self) -> None:
-        """Run cheap passes. Without them, a lifetime without learning takes 6 % longer."""
+        """Run cheap passes. Otherwise a lifetime without learning would take 6 % longer."""
         passes, builder = self._codegen._module_pass_manager(opt=0, cost="cheap")
         passes.run(self._final_module, builder)
 
