@@ -120,7 +120,7 @@ def _cached_jit(
 def _argument_type(value: Any) -> Any:
     """Return a key of an argument. Arguments of different Numba types have different keys.
 
-    Numba would compute the type of a part at every call, which took as long as reproduction.
+    Numba would compute the type of a part at every call, which takes as long as reproduction.
     """
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim, value.flags.num

@@ -70,7 +70,7 @@ class CodeStore(ABC):
 
 
 def _rebuild(context: Any, content: bytes, signature: Any) -> CompileResult | None:
-    """Return the compiled function in a pickle, or None if the pickle has no such function."""
+    """Return the compiled function in a pickle, or None if it is damaged or not of `signature`."""
     try:
         result = CompileResult._rebuild(context, *pickle.loads(content))
     except Exception:  # other bytes than a pickle can raise anything
