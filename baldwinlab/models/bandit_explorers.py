@@ -152,7 +152,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
             d = MEAN_PAYOFF / sd
             density = math.exp(-d * d / 2) / math.sqrt(2 * math.pi)
             acceptance = math.erfc(-d / math.sqrt(2)) / 2
-            # In parentheses: mean payoff per later pull, which is 0 if arm 2 is not accepted.
+            # In parentheses: mean payoff per later pull. A pull of arm 1 counts as 0.
             rest = (self.lifetime_pulls - n) * (MEAN_PAYOFF * acceptance + sd * density)
             payoffs[n] = MEAN_PAYOFF * n + rest
         return payoffs
