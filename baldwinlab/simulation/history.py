@@ -1,4 +1,4 @@
-"""History of one run: recorded variables, saved genomes, and the genomes of the next generation."""
+"""History of one run, to which `simulate.py` adds one generation after another."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.records import make_batch, read_run_arrays
 
-# Parent of an agent without parents.
+# Index of the parent of an agent without parents.
 NO_PARENT = -1
 
 
 class BranchStart(NamedTuple):
-    """First simulated generation of a history, and its genomes, [agent, module, weight]."""
+    """First generation to simulate, and the genomes of this generation [agent, module, weight]."""
 
     generation: int
     genome: Genome
@@ -75,14 +75,15 @@ class History:
         self._records: dict[str, npt.NDArray[Any]] = {}
         self._parents = np.full((n_generations, n_agents, 2), NO_PARENT, np.int32)
         self._saved_genomes: dict[int, Genome] = {}
-        # Species of the agents of the next generation, None for an experiment without species.
+        # [agent]: species in the next generation. None for an experiment without species.
         self.species: SpeciesIndices | None = None
         if experiment.population.species:
             self.species = list_initial_species(experiment)
-        # Arrays of the run, by species, and their copies from before the last generation.
+        # Arrays that parts keep during a run, by species (0 without species), and copies of these
+        # arrays from before the last generation. `_restore` needs the copies.
         self._run_arrays: SpeciesArrays = {}
         self._run_arrays_before: SpeciesArrays = {}
-        # Fitness of the last generation of the record, which is simulated again.
+        # [agent]: stored fitness of the last generation of the record, which is simulated again.
         self._expected_fitness: npt.NDArray[np.float64] | None = None
         if record is not None:
             self._restore(record)
@@ -92,21 +93,21 @@ class History:
             self.genome = make_founders(experiment, GenerationKey(seed, run, 0))
 
     def _restore(self, record: xr.Dataset) -> None:
-        """Copy all generations of a record but the last, which is simulated again.
+        """Copy all generations of a record except the last, which is simulated again.
 
-        The last generation is simulated again because a record holds no learned weights, and no
-        agents that were born during a lifetime. The next generation can depend on them.
+        The next generation can depend on the learned weights of the last generation, and on agents
+        that were born during a lifetime. A record contains neither.
         """
         last_generation = record.sizes["generation"] - 1
         declared = variables.record_variables(self.experiment)
-        # The order of the variables is that of an uninterrupted run, so files have equal bytes.
+        # The order of variables stays that of an uninterrupted run, so that files have equal bytes.
         for name in map(str, record.data_vars):
             if name not in declared or name in variables.COMMON_RECORD_VARIABLES:
                 continue
             values = record[name].values
             self._allocate(name, values)[:last_generation] = values[:last_generation]
         self._fitness[:last_generation] = record["energy"].values[:last_generation]
-        # The parents of the last generation were selected before its simulation.
+        # The parents of the last generation are known, because selection precedes its simulation.
         self._parents[: last_generation + 1] = record["parents"].values
         saved_generations = record["kept_generation"].values.tolist()
         genomes = record["kept_genome"].values.astype(np.float32)
@@ -119,9 +120,9 @@ class History:
         self.n_generations = last_generation
 
     def _allocate(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the array of a variable; `values` [..., agent] give its type and its shape.
+        """Return the array [generation, agent] of a variable. The first call creates the array.
 
-        The values of a time series are [..., window].
+        `values` [..., agent], or [..., window] for a time series, give the type and the last size.
         """
         if name not in self._records:
             shape = (self.experiment.evolution.generations, values.shape[1])
@@ -134,12 +135,12 @@ class History:
         return float(self._fitness[self.n_generations - 1].mean())
 
     def add(self, generation: int, results: LifeResults, run_index: int) -> None:
-        """Record a generation and make the next one."""
+        """Record a generation and make the next one. `run_index`: index of the run in `results`."""
         last_generation = self.experiment.evolution.generations - 1
         settings = self.experiment.at(generation)
         previous = generation - 1
         if previous >= 0 and previous % self.experiment.record.genome_every != 0:
-            # Its genomes were saved only because it was the last simulated generation.
+            # The previous genomes were saved only because they were the last genomes until now.
             self._saved_genomes.pop(previous, None)
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
@@ -198,7 +199,7 @@ class History:
         self._parents[child_generation] = offspring.parents
 
     def _record_genes(self, generation: int) -> None:
-        """Record the genes of parts. They are NaN for a species that does not have them."""
+        """Record the genes of parts by name. A gene is NaN for a species without this gene."""
         names = self.experiment.gene_names
         if not names:
             return
@@ -213,14 +214,14 @@ class History:
             for name, values in gene_values(experiment, self.genome[agents]).items():
                 genes[name][agents] = values
         for name, values in genes.items():
-            # `_allocate` reads the number of agents from the second dimension.
+            # [1, agent], because `_allocate` needs two axes.
             array = self._allocate(variables.gene_variable(name), values[None])
             array[generation] = values
 
     def _require_expected_fitness(self, generation: int) -> None:
         """Raise RefusedError if the last generation of the record has another fitness now."""
         expected = self._expected_fitness
-        # Only the first simulated generation is in the record.
+        # Only the first simulated generation is compared, because the record has no later ones.
         self._expected_fitness = None
         if expected is not None and not np.array_equal(expected, self._fitness[generation]):
             raise RefusedError(
@@ -239,8 +240,8 @@ class History:
         return self._records[name][: self.n_generations]
 
     def saved_genomes_until(self, generation: int) -> tuple[int, Genome]:
-        """Return number and genomes of the last saved generation, at most `generation`."""
-        # Copy the dictionary at once: another thread may add a generation.
+        """Return the last saved generation up to `generation`, and its genomes."""
+        # Iterate over a copy, because another thread can add a generation meanwhile.
         saved = self._saved_genomes.copy()
         last_saved = max(candidate for candidate in saved if candidate <= generation)
         return last_saved, saved[last_saved]
@@ -257,14 +258,14 @@ class History:
 
     @property
     def parents(self) -> npt.NDArray[np.int32]:
-        """Parents, [generation, agent, parent], of the simulated generations."""
+        """Indices of the parents in the previous generation, [generation, agent, parent]."""
         return self._parents[: self.n_generations]
 
     def dataset(self) -> xr.Dataset:
-        """Return the simulated generations as a dataset; at least one generation is required.
+        """Return the simulated generations as a dataset. At least one generation is required.
 
-        The dataset is bit-identical to the run of an experiment with this number of generations. It
-        shares its arrays with the history: copy it if the simulation continues.
+        The dataset is bit-identical to the run of an experiment with this number of generations.
+        Copy the dataset if the simulation continues, because it uses the arrays of the history.
         """
         return as_run(self.record())
 
@@ -284,5 +285,5 @@ class History:
 
     @property
     def stored_run_arrays(self) -> SpeciesArrays:
-        """Arrays of the run from before the last generation, by species."""
+        """Arrays of the run before the last generation, which a continued run simulates again."""
         return self._run_arrays_before
