@@ -1,11 +1,11 @@
-"""Entry points of the WebAssembly module, which simulate a run from its founders to its end.
+"""Entry points of the WebAssembly module, which simulate a run from the founders to the end.
 
 `wasm_modules.py` compiles the module. Each entry point takes addresses of named tuples, which a
 page lays out with `ModuleLayout.plan`.
-The page calls `measure` for the lengths of arrays, and allocates them.
-It then calls `init_world` and `init_founders`.
-For each generation it calls `begin`, `simulate`, `compute_fitness` and `breed`.
-It calls `evaluate_module` and `find_links` to show a network.
+The page calls `measure` for the lengths of arrays, and allocates the arrays.
+Then the page calls `init_world` and `init_founders`.
+For each generation, the page calls `begin`, `simulate`, `compute_fitness` and `breed`.
+To show a network, the page calls `evaluate_module` and `find_links`.
 The entry points call the same kernels as Python, in the order of `simulation/simulate.py`.
 Tests compare the results of the module and of Python bit by bit.
 """
@@ -62,7 +62,7 @@ from baldwinlab.parts.selection import Generation
 from baldwinlab.parts.variation import Brood
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
-# The entry points compile these kernels into their own code.
+# The entry points contain the code of these kernels.
 for _kernel in (
     simulate_simultaneous,
     simulate_sequential,
@@ -145,6 +145,7 @@ def init_world(
     margin = max(setting.visual_radius, alert_radius) + setting.stride
     items = 0
     cells = 0
+    # Without regions, these arrays have one entry.
     population.region_energies[0] = 0.0
     population.region_kinds[0] = 0
     for region in range(setting.regions.shape[0]):
@@ -218,7 +219,7 @@ def evaluate_module(state: Any, population: BrowserPopulation) -> None:
 
 
 def find_links(state: Any, population: BrowserPopulation) -> None:
-    """Set `population.links` and `link_count` for a module whose network is not layered."""
+    """Set `population.links` and `link_count` for a module of a network that is not layered."""
     network = dereference(state).network
     units = population.evaluated_units.shape[0]
     population.link_count[0] = links(

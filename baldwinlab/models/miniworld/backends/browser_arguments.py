@@ -1,4 +1,4 @@
-"""Arguments of the entry points of the WebAssembly module, and the leaves of all its tuples.
+"""Arguments of the entry points of the WebAssembly module, and the leaves of all tuples.
 
 A page allocates the named tuples in the memory of the module, with `ModuleLayout.plan`.
 A leaf is a number or an array. JavaScript reads leaves as JSON:
@@ -235,7 +235,7 @@ POPULATION_ARRAYS: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "links": ("f4", ("weights", 3)),
     "link_count": ("i8", (1,)),
 }
-# Sources of the derived values of parts, by the function that derives them.
+# Sources of the derived values of parts, by the function that computes a value.
 DERIVED_SOURCES: Final[Mapping[Any, Source]] = {
     FeedForward.derived["biases"]: setting_source("network.biases"),
     MUTATION_READERS["mutation_gate"]: setting_source("evolution.mutation_gate", equals="child"),

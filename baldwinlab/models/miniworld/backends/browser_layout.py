@@ -52,7 +52,7 @@ from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 
-# Inheritances that every module supports, so that a page can choose between them.
+# A module for one of these inheritances supports both, so that a page can choose one.
 COMMON_INHERITANCES: Final = ("darwinian", "none")
 # Kind of the part in each field of `BrowserPopulation`.
 BREEDING_PARTS: Final = {
@@ -338,7 +338,7 @@ def _scheme_experiments(experiment: Experiment) -> list[Experiment]:
 
 
 def _sample(tuple_class: Any, arrays: Mapping[str, tuple[str, int]], **further_values: Any) -> Any:
-    """Return a sample of a named tuple, whose leaves have the types of a real tuple.
+    """Return a sample of a named tuple. The leaves have the types of a real tuple.
 
     `arrays`: type code and number of dimensions of each array. All dimensions have the length 1.
     """

@@ -21,7 +21,7 @@ GPU_WORLDS: Final = 16384
 
 
 class SimulatedAgents(Protocol):
-    """The agents of several runs, whose steps are simulated."""
+    """The agents of several runs, and the simulation of steps."""
 
     model: MiniWorldModel
 
@@ -50,7 +50,7 @@ SpeciesBatchClass = Callable[[Experiment, int, Sequence[int], Sequence[int]], Sp
 
 
 class Backend(NamedTuple):
-    """A backend and its best batch size."""
+    """A backend, and the best size of a batch."""
 
     # Name of the backend: cpu or cuda.
     name: str

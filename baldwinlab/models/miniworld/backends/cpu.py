@@ -38,7 +38,7 @@ from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 # Minimum number of agents of a large world.
 MIN_AGENTS: Final = 2_000
-# Minimum number of agents of a thread. With fewer agents, a step takes as long as its barriers.
+# Minimum number of agents of a thread. With fewer agents, barriers take as long as the simulation.
 MIN_AGENTS_PER_THREAD: Final = 500
 
 
@@ -62,7 +62,7 @@ def uses_team(experiment: Experiment, worlds: int) -> bool:
 
 
 def team_hooks(state: State) -> tuple[Any, ...]:
-    """Return the types of the parts and agents, and their hooks, which a team compiles."""
+    """Return the types and the hooks of the parts and agents, for the code of a team."""
     agents_class: Any = _agents_class(state)
     return (*list_hooks(state), agents_class, *hook_functions(agents_class.part))
 
@@ -94,7 +94,7 @@ class TeamSimulation:
         ]
         dispatcher = cached_jit(simulate_in_team, team_hooks(state), short_loops=True)
         arguments = self._threads[0], model, state, False, 0, 0
-        # This call compiles the function. It simulates no step.
+        # This call compiles the function. The range of steps is empty.
         dispatcher(*arguments)
         self._function = resolve_call(dispatcher, *arguments)
 
@@ -158,7 +158,7 @@ def _entry_point(experiment: Experiment) -> Any:
 
 
 class PopulationView:
-    """The agents of simulated populations, whose arrays are in the memory of the CPU."""
+    """The agents of simulated populations, with arrays in the memory of the CPU."""
 
     def __init__(self, model: MiniWorldModel, state: State, shape: tuple[int, int]) -> None:
         """Store the arguments. `shape` is (populations, agents of each population)."""
@@ -229,7 +229,7 @@ class CpuBatch(PopulationView):
 
 
 def compile_simulation(experiment: Experiment) -> None:
-    """Compile the code of an experiment, or load it from the cache.
+    """Compile the code of an experiment, or load the code from the cache.
 
     The compilation happens in the simulation of one step of one world.
     """

@@ -33,7 +33,7 @@ MAX_AGENTS: Final = 1024
 
 
 def unavailable_reason() -> str | None:
-    """Return why the backend is unavailable, or None if it is available."""
+    """Return the reason why the backend is unavailable, or None if the backend is available."""
     if config.ENABLE_CUDASIM:
         return None
     if importlib.util.find_spec("numba_cuda") is None:

@@ -5,7 +5,7 @@ are in one thread block, because a barrier can wait only for the threads of a bl
 simulates a range of steps. The threads call `take_step` (`step.py`), as the CPU does, but the
 function is compiled for one lane (one agent, a column of the arrays) instead of a SIMD block.
 
-A thread copies its column of the per-agent arrays of `State` to local memory at the start of a
+A thread copies one column of the per-agent arrays of `State` to local memory at the start of a
 launch, and back at the end, because the compiler can hold local memory in registers. If a part
 reads other agents, these arrays remain in global memory, as all other arrays do. The positions of
 items change only between two barriers.
@@ -126,8 +126,8 @@ class _AgentInBlock(_SingleAgentThread):
         _eat_all(agents, model, state, step)
         cuda.syncthreads()
         if agents.first_agent == 0:
-            # `_eat_all` sorts only if an agent touches an item. The CPU sorts in every step, so
-            # this call sorts the regions that a feature has changed without sorting them.
+            # `_eat_all` sorts only if an agent touches an item. This call sorts a region that a
+            # feature has changed without sorting. The CPU also sorts in every step.
             resort_stale_cells(model, state, agents.first_world)
             end_step_of_features(state.features, model, state, agents.first_world, step)
             end_step_of_features(state.recorders, model, state, agents.first_world, step)
@@ -328,7 +328,7 @@ def _constant(value: Any) -> str:
 def make_simulation_kernel(threads: int, source: str, network: Any) -> Any:
     """Compile a source of `make_kernel_source`. `network` is the class of the network part."""
     namespace: dict[str, Any] = {}
-    # The kernel gets the globals of this module. It uses `State` and other names of the module, and
-    # the GPU simulator replaces the global `cuda` while a kernel runs.
+    # The source needs the globals of this module, for example `State`. The GPU simulator replaces
+    # the global `cuda` while a kernel runs.
     exec(source, globals(), namespace)
     return kernel(threads)(namespace["make"](network.Compiled, any_lane))

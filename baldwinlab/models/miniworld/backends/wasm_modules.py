@@ -35,7 +35,7 @@ MAP_FEATURES: Final = ("walls", "patches")
 
 
 def load_module(experiment: Experiment) -> bytes:
-    """Return the module of an experiment. Compile it if necessary.
+    """Return the module of an experiment. Compile the module if necessary.
 
     Raises `RefusedError` if the module must be linked, and no linker is installed.
     """
@@ -111,7 +111,7 @@ def module_hash(experiment: Experiment) -> str:
 
 
 def _list_functions(layout: ModuleLayout) -> cache.Functions:
-    """Return the entry points of a module, and the hooks that they compile."""
+    """Return the entry points of a module, and the hooks of all parts."""
     return (*(function for function, _ in layout.entries().values()), *layout.hooks())
 
 
@@ -126,7 +126,7 @@ def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
 
 
 def _compile(request: Mapping[str, Any]) -> list[str]:
-    """Compile modules from a request, and return them in base64."""
+    """Compile the modules of a request of `compile_modules`, and return base64 texts."""
     for source in request["parts"]:
         load_text(source["text"], Path(source["file"]))
     return [
