@@ -272,7 +272,7 @@ def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
 
 
 def poison_state(state: State, agents: int) -> None:
-    """In debug mode, fill the arrays that a lifetime must write first with unusual numbers.
+    """If `poison` is on, fill the arrays that a lifetime must write before a read.
 
     The lanes after the last of `agents` agents are not poisoned.
     """
@@ -321,7 +321,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 
 
 def list_hooks(state: State) -> tuple[Any, ...]:
-    """Return the types of all parts of a state, and the hooks of all parts, for `cached_jit`."""
+    """Return the types and the hooks of all parts of a state, which the step compiles."""
     parts = [part for _, part in list_parts(state)]
     # Fields of parts can contain further parts.
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]

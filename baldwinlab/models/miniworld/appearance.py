@@ -188,7 +188,7 @@ def _make_mark(
 
 
 def appearance_json(experiment: Experiment) -> str:
-    """Return the appearance as JSON, an attribute of the dataset of a trace."""
+    """Return the appearance as JSON, for an attribute of the dataset of a trace."""
     return json.dumps(describe_appearance(experiment).to_dict())
 
 

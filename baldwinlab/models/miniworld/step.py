@@ -100,7 +100,7 @@ def take_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> No
 
 @compiled
 def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Set the inputs of the agents, and list the agents that sense in `state.near_agents`."""
+    """Set the inputs of the agents. `state.near_agents` lists the agents that sense."""
     for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         mark_agents_near_regions(model, state, lane_of(agents, first))
         exclude_dead(state.population, state, lane_of(agents, first))

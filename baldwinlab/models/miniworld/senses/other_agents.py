@@ -37,7 +37,7 @@ N_SECTORS = len(SECTORS)
 def record_agent(
     part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
-    """Use another agent within sight.
+    """Update the arrays of the sense with another agent within sight.
 
     Per agent, for each visible agent, when the sense calls `record_agents`.
 

@@ -60,7 +60,7 @@ from baldwinlab.parts.world_features import LineOfSight
 def record_item(
     part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
-    """Use an item in range. The sense defines the use.
+    """Update the arrays of the sense with an item in range.
 
     Per agent, for each item within `model.visual_radius`, when the sense calls `record_items`. A
     feature can hide the item, see `is_within_sight`.
