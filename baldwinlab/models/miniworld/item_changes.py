@@ -1,9 +1,8 @@
 """Changes of items by world features: place, remove, and find the items eaten in a step.
 
-Each function keeps the grid of the region correct, so the next step senses the changed item.
-
-An absent item has a position off the map. Its x is `ABSENT_X` times the width of the map. No agent
-can sense or touch it there.
+Each change also sorts the items of the region, so that agents sense the changed item in the next
+step. An absent item has the x coordinate `ABSENT_X` times the width of the map, where no agent can
+sense or touch the item.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-# x of an absent item, in widths of the map. No image of the map has agents within sight of it.
+# x of an absent item, in widths of the map. No image of an agent is within sight of this position.
 ABSENT_X = np.float32(-3)
 
 
@@ -31,7 +30,7 @@ def place_item_at(
 ) -> None:
     """Place an item of a region at a position.
 
-    It takes time proportional to the number of items in the region.
+    The call takes time proportional to the number of items in the region.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def place_item_randomly(
 ) -> None:
     """Place an item at a uniform position of its region, where no feature blocks it.
 
-    The position is the next of the item, as if it reappears after it was eaten.
+    The item gets the same random position as after an agent has eaten the item.
 
     Parameters
     ----------
@@ -73,7 +72,7 @@ def place_item_randomly(
 
 @compiled
 def remove_item(model: MiniWorldModel, state: State, world: int, region: int, item: int) -> None:
-    """Remove an item from the map. Its y does not change.
+    """Remove an item from the map. The y coordinate does not change.
 
     Parameters
     ----------
