@@ -1,8 +1,8 @@
 """Creation of a study, by one or by several processes, and its extension by generations.
 
-An extension writes each `experiment.toml` again, and its stored generations do not change. If the
-process is killed before all files are written, a repetition writes the remaining files. A new study
-whose command is refused before anything was simulated is removed again.
+An extension writes each `experiment.toml` again. Stored generations do not change. If the process
+is killed before all files are written, the same command writes the remaining files. If a command
+raises an error before the first result is stored, the new study is removed.
 """
 
 from __future__ import annotations
@@ -46,11 +46,10 @@ from baldwinlab.studies.study_file import (
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-
-# Suffixes of the files of a study, which the folder of a condition must not have.
+# Suffixes of the files of a study. The name of a condition must not end in them.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
 HASH_PATTERN = re.compile("[0-9a-f]{64}")
-# Value of a setting that one of two compared experiments lacks.
+# Text for a setting that exists in only one of two compared experiments.
 NOT_SET = "not set"
 GENERATIONS_FIELD: Final = "evolution.generations"
 
@@ -71,8 +70,8 @@ def create_study(
 ) -> StudyStore:
     """Create a study, or open the existing one if it is the same.
 
-    - `factors`: factors by name of condition. If the study is not a sweep, a condition without the
-      factor `learner` has its name as this factor.
+    - `factors`: factors by name of condition. Except in a sweep, the default of the factor
+      `learner` is the name of the condition.
     - `paper`: name of the reproduced paper, "" for none.
     - `changes`: assignments that changed the model of the paper.
     """
@@ -145,8 +144,8 @@ def _write_study(
 ) -> bool:
     """Write a new study. Return False if another process has written `study.toml` first."""
     require_available(directory)
-    # Two processes may create different studies in this directory at the same time. Both write the
-    # conditions in alphabetical order. The second one finds a different file and raises an error.
+    # Two processes may create different studies here at the same time. Both write the conditions in
+    # alphabetical order, so the slower process finds a different file and raises an error.
     write_copies(directory, experiments)
     experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
     for experiment in experiments_in_order:
@@ -160,7 +159,7 @@ def _write_study(
 
 
 def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
-    """Write a condition of a new study. Raises StudyError if a different one exists."""
+    """Write a condition of a new study. Raises StudyError if the file has another experiment."""
     path = directory / "runs" / experiment.name / "experiment.toml"
     require_inside_study(path, directory)
     try:
@@ -258,8 +257,9 @@ def _list_differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
-    `generations`: number of generations, at least that of each condition. Raises `StudyError` if
-    the study is a sweep or a multiverse, or has more generations; then it writes nothing.
+    `generations`: at least the present number of generations of each condition. Raises
+    `StudyError` if this is not true, or if the study is a sweep or a multiverse. Then the function
+    writes nothing.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:
@@ -317,10 +317,10 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
 
 @contextmanager
 def remove_if_refused(directory: Path) -> Iterator[None]:
-    """Remove what this context adds to a directory if it is refused without any result.
+    """Remove a new study if the context raises an error before a result is stored.
 
-    A refusal can be late: for example, a custom part is compiled after the study is created. A
-    study that existed before, or that another process simulates, is not changed.
+    For example, a custom part is compiled after the study is created, and this can fail. A study
+    that existed before, was interrupted, or is simulated by another process, is not changed.
     """
     directory = make_absolute(directory)
     if is_study(directory):
@@ -351,13 +351,14 @@ def _list_missing_folders(directory: Path) -> list[Path]:
 
 
 def _is_result(path: Path) -> bool:
+    # The file of a process that simulates the study counts as a result.
     is_running = path.name.startswith(FILE_PREFIX)
     is_input = INPUT_FOLDER in path.parts
     return is_running or (path.suffix in RESULT_SUFFIXES and not is_input)
 
 
 def _remove(added: list[Path], missing_folders: list[Path]) -> None:
-    """Remove files, then the folders that are empty now."""
+    """Remove files, then the folders that are empty now, inner folders first."""
     folders = [path for path in added if path.is_dir()]
     for path in added:
         if path not in folders:
