@@ -57,7 +57,7 @@ def _end_at_closed_pipe() -> NoReturn:
 
 
 class _Console(Console):
-    """A console that ends the process with the usual status if its pipe is closed."""
+    """A console that ends the process with the usual exit status if the pipe is closed."""
 
     def on_broken_pipe(self) -> NoReturn:
         """End the process."""

@@ -175,7 +175,7 @@ def append_line(path: Path, line: str, kind: FileKind) -> None:
 def identify_machine() -> str:
     """Return a short text that differs between machines, also if they have the same name."""
     address = getnode()
-    # Without a network, Python draws a random address in each process, and marks it by this bit.
+    # Without a network, Python draws a random address in each process, and sets this bit in it.
     is_random = bool(address >> 40 & 1)
     name = f"{socket.gethostname()} {0 if is_random else address}"
     return sha256(name.encode()).hexdigest()[:8]
@@ -185,7 +185,7 @@ def identify_machine() -> str:
 def hold_partial(path: Path, *, is_folder: bool) -> Iterator[Path]:
     """Create and lock an empty temporary file or folder next to `path`, and remove it at the end.
 
-    Raises OSError if it cannot be created.
+    Raises OSError if the file or folder cannot be created.
     """
     partial_path, handle = _create_locked(path, is_folder)
     try:

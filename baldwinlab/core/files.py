@@ -26,8 +26,8 @@ STUDY_FILE_NAME: Final = "study.toml"
 EXTRA_OF_PROTOCOL: Final = {"s3": "s3", "s3a": "s3"}
 STORAGE_MODULES: Final = {"s3": ("upath", "s3fs"), "cluster": ("upath",)}
 
-# Texts in the files that a command writes: `replay` writes traces, pictures and movies, `export`
-# writes pages that simulate, and `freeze` writes genome files.
+# Text by which a command recognizes the files that it may overwrite. `replay` writes traces,
+# pictures and movies, `export` writes pages that simulate, and `freeze` writes genome files.
 REPLAY_MARK: Final = "baldwinlab replay"
 REPORT_MARK: Final = "baldwinlab report"
 EXPORT_MARK: Final = "baldwinlab export"

@@ -1,4 +1,4 @@
-"""Names that users give: their forms, names that systems refuse, and suggestions of valid names."""
+"""Names that users give: allowed forms, names that systems refuse, and similar valid names."""
 
 from __future__ import annotations
 

@@ -246,7 +246,7 @@ def _pack_attributes(attributes: Mapping[str, Any]) -> bytes:
 
 
 def _pack_value(value: Any) -> bytes:
-    """Return a text or numbers as the value of an attribute."""
+    """Return the bytes of a text or of numbers as the value of an attribute."""
     if isinstance(value, str):
         # SciPy writes an empty text as one zero.
         return _pack_int(_TYPES["S1"][0]) + _pack_text(value or "\0")
@@ -257,7 +257,7 @@ def _pack_value(value: Any) -> bytes:
 
 
 def _pack_list(tag: int, entries: list[bytes]) -> bytes:
-    """Return a list with its tag and its length."""
+    """Return the bytes of a list: tag, number of entries, and the entries."""
     if not entries:
         return _ABSENT
     return b"".join([_pack_int(tag), _pack_int(len(entries)), *entries])

@@ -1,4 +1,4 @@
-"""Records of runs: their conversion to runs, and batches of records.
+"""Conversion between records and runs, and between batches and records.
 
 A record is a run with the genomes of only some generations. A batch has the records of several runs
 of a condition in one dataset. Every variable of a record has the additional first dimension `run`
@@ -25,7 +25,7 @@ from baldwinlab.core.variables import GENERATION_COUNT, RUN_ARRAY_PREFIX, STOP_A
 
 RUN_DIM: Final = "run"
 KEPT_GENERATIONS: Final = "kept_generations"
-# Variables of a batch that are not in the records of its runs.
+# Variables of a batch that the record of a single run does not have.
 BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
 # Finds the number of generations in the TOML text of an experiment.
 _GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )\d+", re.M | re.S)
@@ -116,7 +116,7 @@ def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
 
 
 def order_record(data: Mapping[Any, Any], labels: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Return the variables of a record and the labels of its dimensions in the order of its file.
+    """Return the variables of a record and the labels of the dimensions in the order of a file.
 
     With this order, a file has the same bytes as with earlier versions of the package.
     """

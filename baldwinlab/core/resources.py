@@ -1,4 +1,4 @@
-"""Free memory and disk of this machine, and a check that a command needs no more."""
+"""Free memory and disk of this machine, and a check that these suffice for a command."""
 
 from __future__ import annotations
 

@@ -339,7 +339,7 @@ WEIGHT_ORDER = (
     "its gene, log10 of the rate divided by learning.rate"
 )
 
-# Attribute of a run that ended before its last generation: the name of its stop part.
+# Attribute of a run that ended early: the name of the stop part that ended the run.
 STOP_ATTRIBUTE = "stopped_by"
 # Coordinate [condition, run] of studies with a stop part: number of simulated generations.
 GENERATION_COUNT = "n_generations"
@@ -350,7 +350,7 @@ GENERATION_COUNT_ATTRIBUTES = {
 
 
 def describe_weight_order(experiment: Any) -> str:
-    """Return the meaning of the entries of a module of a genome, in their order."""
+    """Return a text that describes the order of the entries of a module of a genome."""
     if not experiment.gene_names:
         return WEIGHT_ORDER
     names = ", ".join(experiment.gene_names)
@@ -360,7 +360,7 @@ def describe_weight_order(experiment: Any) -> str:
 def make_dataset(
     variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Return a dataset of arrays with their declared dimensions, types and units.
+    """Return a dataset of arrays with the declared dimensions, types, units and meanings.
 
     Raises `KeyError` if a name is not declared.
     """
