@@ -1,4 +1,4 @@
-"""Creation of a study, by one or by several processes, and its extension by generations.
+"""Creation of a study by one or several processes, and extension of a study by generations.
 
 An extension writes each `experiment.toml` again. Stored generations do not change. If the process
 is killed before all files are written, the same command writes the remaining files. If a command
@@ -68,7 +68,7 @@ def create_study(
     changes: Sequence[str] = (),
     first_run: int = 0,
 ) -> StudyStore:
-    """Create a study, or open the existing one if it is the same.
+    """Create a study, or open the existing study if it has the same settings.
 
     - `factors`: factors by name of condition. Except in a sweep, the default of the factor
       `learner` is the name of the condition.
@@ -172,7 +172,7 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
 
 
 def require_available(directory: Path) -> None:
-    """Raise StudyError if a directory holds other files than those of a study."""
+    """Raise StudyError if a directory without a study holds files that belong to no study."""
     entries = list(directory.iterdir()) if directory.exists() else []
     if not all(map(_is_study_entry, entries)) and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
@@ -257,9 +257,8 @@ def _list_differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
-    `generations`: at least the present number of generations of each condition. Raises
-    `StudyError` if this is not true, or if the study is a sweep or a multiverse. Then the function
-    writes nothing.
+    `generations`: at least the present number of generations of each condition. For a smaller
+    number, and for a sweep or a multiverse, the function raises `StudyError` before it writes.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:
@@ -299,7 +298,7 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
 
 def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
     """Record that the study of a paper has another number of generations than the paper."""
-    # The new change replaces that of an earlier extension.
+    # The new change replaces the change of an earlier extension.
     other_changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
     sources = collect_sources(list(experiments.values()))
     text = format_study(

@@ -27,7 +27,7 @@ from baldwinlab.studies.store import StudyStore
 
 
 class StoredCondition(NamedTuple):
-    """The stored runs of a condition, without the values of their variables.
+    """The stored runs of a condition, without the values of the variables.
 
     The arrays [run] are sorted by run. A condition without stored runs has one layout, but no
     contents.
@@ -105,7 +105,7 @@ def open_condition(
 
 
 def combine_conditions(conditions: Sequence[StoredCondition]) -> xr.Dataset:
-    """Return a dataset [condition, run, ...] with all runs and labels. It reads values on use."""
+    """Return a dataset [condition, run, ...] of all runs. Values are read when they are used."""
     label_sets = [condition.labels for condition in conditions]
     labels = xr.align(*label_sets, join="outer")[0]
     runs = [_index_runs(condition, labels.indexes["run"]) for condition in conditions]
@@ -156,7 +156,7 @@ def _choose_type(
     conditions: Sequence[StoredCondition],
     labels: xr.Dataset,
 ) -> np.dtype[Any]:
-    """Return a type for a variable of all conditions. It can hold NaN if a value is missing."""
+    """Return the common type of a variable, or a type that can hold NaN if a value is missing."""
     sizes = {dim: labels.sizes[dim] for dim in ("run", *dims)}
     types = []
     is_missing = False

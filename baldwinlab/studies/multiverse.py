@@ -1,4 +1,4 @@
-"""Multiverse: the conditions of a paper under each variant of its model, in one study.
+"""Multiverse: the conditions of a paper with each variant of the model, in one study.
 
 A paper leaves choices open. Le (2019) leaves eight, R1 to R8 (docs/explanation/model.md).
 Each variant among the presets of a paper changes one choice, for example R2. The description of a

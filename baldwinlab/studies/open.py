@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MAX_SAMPLED_RUNS: Final = 10_000
 # Minimum number of runs in a sample. If fewer runs are stored, all of them are used.
 MIN_SAMPLED_RUNS: Final = 100
-# Maximum size of one variable of the sampled runs of all conditions, in bytes.
+# Maximum size in bytes of a variable with 4-byte values, of the sampled runs of all conditions.
 MAX_SAMPLED_BYTES: Final = 2**30
 _BYTES_PER_VALUE: Final = 4
 
@@ -117,7 +117,7 @@ def label_conditions(
 def _common_attributes(
     name: Hashable, attributes: Sequence[Mapping[Hashable, dict[Any, Any]]]
 ) -> dict[Any, Any]:
-    """Return the attributes of a variable, empty if its unit or meaning differs between models."""
+    """Return the unit and meaning of a variable, or {} if these differ between conditions."""
     entries = [entry[name] for entry in attributes if entry.get(name)]
     if not entries or any(entry != entries[0] for entry in entries):
         return {}
@@ -141,8 +141,8 @@ def sample_runs(study: StudyStore, condition: str) -> list[int]:
 def count_sampled_runs(study: StudyStore) -> int:
     """Return the maximum number of runs of a condition in a report or an assay.
 
-    With this number, a variable of all conditions has at most `MAX_SAMPLED_BYTES`. The number is
-    limited to the range from `MIN_SAMPLED_RUNS` to `MAX_SAMPLED_RUNS`.
+    With this number, a variable of all conditions with 4-byte values has at most
+    `MAX_SAMPLED_BYTES`. Limits are `MIN_SAMPLED_RUNS` and `MAX_SAMPLED_RUNS`.
     """
     values_per_run = sum(
         experiment.evolution.generations * experiment.population.size

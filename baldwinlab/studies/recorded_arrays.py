@@ -1,4 +1,4 @@
-"""Arrays that read stored runs when values are used. `lazy_runs.py` makes a dataset of them."""
+"""Arrays that read stored runs when values are used. `lazy_runs.py` combines the arrays."""
 
 from __future__ import annotations
 

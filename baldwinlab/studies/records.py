@@ -63,7 +63,7 @@ N_CACHED_BATCHES: Final = 4
 
 
 class DamagedRecordError(StudyError):
-    """Damaged record: its content differs from its checksum."""
+    """Damaged record: the content does not match the checksum, the file name or the study."""
 
 
 class RunLengths(NamedTuple):
@@ -161,13 +161,13 @@ def parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
 
 
 def _is_declared(name: str, variables: Variables, is_batch: bool) -> bool:
-    """Return whether a file has a numeric variable with its dimensions and coordinates."""
+    """Return whether a file has a numeric variable `name` with the declared dimensions."""
     variable = variables.get(name)
     dims = RECORD_VARIABLES[name].dims
     labeled_dims = {*variables}
     if is_batch:
         dims = (RUN_DIM, *dims)
-        # A batch has no labels for this dimension, because they differ between the runs.
+        # A batch has no labels for this dimension, because the labels differ between the runs.
         labeled_dims.add("kept_generation")
     return (
         variable is not None
@@ -194,7 +194,7 @@ def _read_lengths(variables: Variables, n_generations: int) -> RunLengths:
     is_stopped = np.zeros(n_runs, np.bool_)
     if STOP_ATTRIBUTE in variables:
         names = variables[STOP_ATTRIBUTE].values
-        # The names are texts [run], or characters [run, character] if they are not decoded.
+        # The names are texts [run], or characters [run, character] if the file is not decoded.
         is_stopped = (names.astype(str) != "").reshape(n_runs, -1).any(axis=1)
     return RunLengths(counts.values.astype(np.int32), is_stopped)
 
@@ -204,7 +204,7 @@ def _require_kept_generations(
     n_generations: npt.NDArray[np.int32],
     experiment: BaseExperiment,
 ) -> None:
-    """Check that each run has genomes of every k-th and of the last generation; -1 is padding."""
+    """Check that genomes of every `genome_every`-th and of the last generation are stored."""
     interval = experiment.record.genome_every
     for length in np.unique(n_generations).tolist():
         expected = [
@@ -235,7 +235,7 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
 def read_record_of_file(
     file: RecordFile, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset:
-    """Read the record of a run from the file that holds it, as `read_record` does."""
+    """Read the record of a run from a known file, as `read_record` does."""
     if not file.is_batch:
         return _decode_file(file, experiment, seed)
     batch = _read_batch(file, experiment, seed)
@@ -262,7 +262,7 @@ def read_attributes(
 
 
 def read_lengths(file: RecordFile, experiment: BaseExperiment, seed: int) -> RunLengths:
-    """Verify a file of records, and return the lengths of its runs. Raises as `read_record`."""
+    """Verify a file of records, and return the lengths of the runs. Raises as `read_record`."""
     with read_verified(file, experiment) as raw:
         return require_content(*decode_variables(raw), file, experiment, seed)
 

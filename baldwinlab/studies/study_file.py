@@ -46,7 +46,7 @@ NAME_DIGITS: Final = 8
 
 
 def require_format(content: Mapping[str, Any]) -> None:
-    """Raise ValueError if `study.toml` has another format than that of this version."""
+    """Raise ValueError if `study.toml` has a format that this version does not read."""
     study_format = content.get("format")
     if study_format != STUDY_FORMAT:
         raise ValueError(
@@ -76,7 +76,7 @@ def add_checksum(text: str) -> str:
 
 
 def require_checksum(text: str) -> None:
-    """Raise ValueError if a text differs from its checksum, or has none."""
+    """Raise ValueError if the last line of a text is not the checksum of the lines above."""
     text_above, _, digest = text.rpartition(_CHECKSUM_PREFIX)
     if hashlib.sha256(text_above.encode()).hexdigest() != digest.strip():
         raise ValueError(

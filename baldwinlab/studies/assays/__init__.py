@@ -31,9 +31,9 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 # Function that returns why an assay cannot measure a condition, as the end of a sentence about the
 # assay: "needs a condition that learns". Returns "" if the assay is applicable.
 FindObstacle = Callable[[BaseExperiment], str]
-# Fitness [run, agent], which files and variables call energy.
+# Fitness [run, agent]. Files and variables call the fitness energy.
 Energy = npt.NDArray[np.float64]
-# Name of a map, and the experiment on it.
+# Name of a map, and the experiment on this map.
 OnMap = tuple[str, Experiment]
 # Kinds of lifetimes: without learning, with learning, with the weights at death and without
 # learning, and with random weight changes instead of learning. Arrays use the index of a kind.
@@ -42,7 +42,7 @@ OFF, ON, FROZEN, DRIFT = range(len(LIFE_KINDS))
 
 
 class Conditions(Protocol):
-    """Experiments and factors of a study, from which an assay derives its coordinates."""
+    """Experiments and factors of a study, which determine the labels of the results of an assay."""
 
     @property
     def experiments(self) -> Mapping[str, Experiment]: ...
@@ -62,7 +62,7 @@ class Sample:
     records: Sequence[xr.Dataset]
     # The maps of `list_other_maps`, if the assay uses them.
     other_maps: Sequence[OnMap]
-    # Called with the number of simulated agent-steps. An exception that it raises ends the task.
+    # Called with the number of simulated agent-steps. An exception in this function ends the task.
     report_progress: Callable[[int], None]
     # The same runs of the no-learning control, if the assay needs them.
     control: Sample | None = None
@@ -91,13 +91,13 @@ class Sample:
         )
 
     def energy(self, generation: int) -> Energy:
-        """Return the stored energy [run, agent] of a generation, as `genomes` does."""
+        """Return the stored energy [run, agent] of a generation. Stopped runs: see `genomes`."""
         return np.stack(
             [record.energy.values[_limit_generation(record, generation)] for record in self.records]
         )
 
     def has_generation(self, generation: int) -> npt.NDArray[np.bool_]:
-        """Return whether each run has a generation, [run]. It is False if a run stopped before."""
+        """Return, for each run, whether it has a generation, and did not stop before."""
         return np.array([generation < record.sizes["generation"] for record in self.records])
 
     def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
@@ -189,7 +189,7 @@ def find_archive_obstacle(experiment: BaseExperiment) -> str:
 
 
 def find_birth_obstacle(experiment: BaseExperiment) -> str:
-    """Refuse newborns during life."""
+    """Refuse experiments in which newborns replace agents during life."""
     if not experiment.births_in_life:
         return ""
     return (
@@ -199,7 +199,7 @@ def find_birth_obstacle(experiment: BaseExperiment) -> str:
 
 
 def find_species_obstacle(experiment: BaseExperiment) -> str:
-    """Refuse several species."""
+    """Refuse experiments with several species."""
     if not experiment.population.species:
         return ""
     return f"needs a population without species, and {experiment.name} has several"
@@ -234,7 +234,7 @@ class Assay:
     measure: Callable[[Sample], Arrays]
     # The assay is applicable if none of these functions finds an obstacle.
     obstacles: tuple[FindObstacle, ...] = SIMULATION_OBSTACLES
-    # Whether a command measures the assay without naming it.
+    # Whether a command measures the assay by default.
     is_default: bool = False
     # Returns the experiments to compile, in addition to the condition with and without learning.
     variants: Callable[[BaseExperiment], Iterable[BaseExperiment]] = lambda experiment: ()

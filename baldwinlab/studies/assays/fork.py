@@ -2,9 +2,9 @@
 
 The branches start from the last generation, from the genomes of the learner or of its control (the
 history), and evolve with learning on or off (the regime). The four branches of a run have the same
-random numbers. A difference between histories is an effect of earlier evolution with learning on
-the genomes. A difference between regimes is a present effect of learning: it guides selection, or
-hides genetic differences.
+random numbers. A difference between histories shows that earlier learning has changed the evolution
+of the genomes. A difference between regimes is a present effect of learning: learning guides
+selection, or hides genetic differences.
 
 If the study has no control, the assay simulates it from the founders of each run.
 """
@@ -85,8 +85,8 @@ class Fork:
         shape = (len(sample.runs), 1, len(HISTORIES), len(REGIMES), n_agents)
         innate_fitness = np.empty(shape)
         fitness = np.empty(shape)
-        # The settings of the learner are the regime "on", and those of its control are "off".
-        # The order of the conditions is that of `HISTORIES` and of `REGIMES`.
+        # With the settings of the learner the regime is "on", with those of the control "off". The
+        # order of `conditions` is therefore the order of `HISTORIES` and of `REGIMES`.
         conditions = list(enumerate((sample, control)))
         for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
             branch = self._evolve(source, target, start)

@@ -39,7 +39,7 @@ from baldwinlab.studies.assays import (
 AnyExperiment = TypeVar("AnyExperiment", bound=BaseExperiment)
 # Maximum number of assayed generations in addition to the last generation.
 MAX_GENERATIONS = 100
-# The maximum for drift, because it is slow, and for generations that differ only by chance.
+# The maximum for drift, which is slow to simulate, and for generations that differ only by chance.
 MAX_FEW_GENERATIONS = 10
 
 

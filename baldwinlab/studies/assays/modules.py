@@ -42,7 +42,7 @@ def measure(sample: Sample) -> Arrays:
     last_generation = sample.experiment.evolution.generations - 1
     evolved = sample.genomes(last_generation)
     random = sample.random_genomes()
-    # The order of `MODULE_COMBINATIONS` without the first one, which is simulated separately.
+    # In the order of `MODULE_COMBINATIONS`. The first combination is simulated separately.
     combinations = [
         _combine_modules(action=random, reinforcement=evolved),
         _combine_modules(action=evolved, reinforcement=random),

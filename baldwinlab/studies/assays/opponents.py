@@ -1,4 +1,4 @@
-"""Assay of opponents: selected generations of one species meet those of the other species.
+"""Assay of opponents: selected generations of a species meet generations of the other species.
 
 The fitness of a species depends on the other species, which evolves too. Progress is visible only
 against the same opponents, so all pairs of selected generations are simulated together.

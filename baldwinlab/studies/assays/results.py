@@ -26,7 +26,7 @@ ASSAY_FORMAT: Final = 2
 
 
 class AssayedStudy(Conditions, Protocol):
-    """Properties of a study that locate the files of assays and that these files must match."""
+    """Properties of a study that determine the path and the valid content of assay files."""
 
     @property
     def directory(self) -> Path: ...

@@ -126,7 +126,7 @@ def _measure_gaps(
     positions: npt.NDArray[np.int64], size: float, low: float, high: float
 ) -> npt.NDArray[np.float64]:
     """Return the distance of each position from an interval on a ring of a given size."""
-    # [copy, position]: each position, shifted by -1, 0 and 1 turn around the ring.
+    # [copy, position]: each position, shifted by minus the size, by 0 and by the size.
     images = positions + np.array([[-size], [0], [size]])
     return np.asarray(np.maximum(np.maximum(low - images, images - high), 0).min(axis=0))
 

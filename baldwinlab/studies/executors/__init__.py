@@ -29,7 +29,7 @@ class Task(Protocol):
 
     @property
     def experiments(self) -> Sequence[BaseExperiment]:
-        """Experiments that the task simulates; the worker needs their parts."""
+        """Experiments that the task simulates. The worker needs the parts of these experiments."""
 
     @property
     def agent_steps(self) -> int:
@@ -40,8 +40,8 @@ class Task(Protocol):
     ) -> Any:
         """Execute the task.
 
-        `report_progress`: called with the number of agent-steps after each generation. An exception
-        that it raises ends the task.
+        `report_progress`: called with the number of agent-steps after each generation. If the
+        function raises an exception, the task ends.
         """
 
 

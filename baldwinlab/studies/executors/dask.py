@@ -248,12 +248,12 @@ def _get_result(future: Future) -> Any:
 class RemoteTask(NamedTuple):
     """Message to a worker. It is sent as pickled bytes, because Dask does not inspect bytes."""
 
-    task: bytes  # The pickled task. Its classes are available only after the parts are loaded.
+    task: bytes  # The pickled task. A worker can unpickle it only after it has loaded the parts.
     parts: tuple[tuple[Source, str], ...]  # Sources of third-party parts, each with its SHA-256.
     seed: int
     directory: str
     backend: str
-    engine: str  # Hash of the engine, which must match that of the worker.
+    engine: str  # Hash of the engine. The engine of the worker must have the same hash.
     topic: str  # Topic of the progress events.
     event_interval: float  # Minimum time between two events of this task, in seconds.
 
@@ -279,7 +279,7 @@ def run_remote_task(message: bytes) -> Any:
     report_progress = _progress_reporter(
         worker, task.agent_steps, remote_task.topic, remote_task.event_interval
     )
-    # With another scheduler, xarray opens a Dask client in every worker when it writes.
+    # With another scheduler, xarray opens a Dask client in every worker when xarray writes a file.
     with dask.config.set(scheduler="synchronous"):
         return task.run(
             remote_task.seed, directory, choose_backend(remote_task.backend), report_progress
