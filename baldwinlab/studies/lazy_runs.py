@@ -69,7 +69,7 @@ def open_condition(
     # `open_file` adds the new layouts.
     layouts: dict[Hashable, FileLayout] = {}
     contents: list[FileContent] = []
-    # A file is skipped if the runs in it are also in files with fewer runs.
+    # A file is skipped if other files are valid for all runs in this file.
     entries = [entry for entry in assign_runs(study.files(name)) if entry.runs]
     for entry in entries:
         contents.append(open_file(entry.file, study.experiment(name), study.seed, layouts))

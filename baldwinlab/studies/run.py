@@ -161,7 +161,7 @@ def run_study(
     study.sweep()
     tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
     tasks = [task._replace(observe=observe) for task in tasks]
-    # The compiled code for a large world depends on the number of threads that simulate it.
+    # If several threads simulate a large world, the engine compiles other code for this world.
     with use_threads(count_threads_per_task(workers, len(tasks))):
         compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
