@@ -1,8 +1,8 @@
 """Test for the Baldwin effect: apply the criteria of `questions.toml` to the stored assays.
 
-Every condition that evolves and learns is tested. A test compares two values of the same run: with
-and without learning, or in the first and in the last generations. All p-values are one family,
-corrected by Holm's method.
+Every condition that evolves and learns is tested. A test compares two quantities run by run, for
+example fitness with and without learning. All p-values are one family, corrected by Holm's method.
+`section.py` shows the answers in a report.
 """
 
 from __future__ import annotations
@@ -56,16 +56,18 @@ from baldwinlab.analysis.statistics.significance import (
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors, find_control
 
+# Values (run) of the quantities of a condition.
 Table = Mapping[Quantity, xr.DataArray]
 
 
 class _QuantityComparison(NamedTuple):
     """The comparison of the two quantities of a criterion."""
 
+    # None if a quantity is not stored, or if no run defines both quantities.
     pairs: statistics.Pairs | None
     # Number of runs in which a quantity is undefined.
     left_out: int = 0
-    # Whether both quantities have the same value in all runs, so that nothing can be compared.
+    # Whether all values of both quantities are equal, so that no test is possible.
     is_constant: bool = False
 
 
@@ -74,12 +76,13 @@ class Answer:
     """The answer to a criterion."""
 
     criterion: Criterion
-    # Comparison of the criterion's quantities, or None if one was not measured.
+    # Comparison of `a` with `b`. None if one is not measured, or if no run defines both.
     numbers: statistics.Pairs | None
     # Number of runs in which `a` or `b` of the criterion is undefined.
     left_out: int
     verdict: Verdict
-    # The test, whose p-value is corrected for all tests of the analysis; None if not measured.
+    # Test with the p-value corrected for all tests of the analysis. None without a comparison, or
+    # if all values are equal.
     test: FamilyTest | None = None
 
     @property
@@ -100,7 +103,7 @@ class Answer:
 
     @property
     def note(self) -> str:
-        """The number that decides, if needed, and the runs that an undecided answer needs."""
+        """An explanation of the verdict and of the runs that it needs, or "" if none is needed."""
         if self.numbers is None or self.test is None:
             return ""
         is_decided = self.verdict != UNDECIDED
@@ -151,7 +154,7 @@ class Number:
     # The two parts of a `Quantity`: a measure, and its time or its agents.
     measure: str
     when: str
-    # Number of runs in which the quantity is defined, and is undefined.
+    # Number of runs that define the quantity, and of runs that do not.
     runs: int
     left_out: int
     median: float
@@ -167,11 +170,11 @@ class Analysis:
     numbers: tuple[Number, ...]
     # Number of generations in the first and the last window.
     last: int
-    # Quantities by condition.
+    # Quantities by condition, also of conditions that do not learn.
     tables: Mapping[str, Table]
     # Whether any condition uses the MiniWorld model.
     is_foraging: bool
-    # A sentence that says how to add runs, with "{runs}" for their number.
+    # Sentence on adding runs. "{runs}" stands for the number of runs that is needed.
     instruction: str = ""
 
     @property
@@ -219,7 +222,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
     controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():
         if control and INNATE_LAST in tables[control]:
-            # Criteria compare quantities of one table.
+            # A criterion compares quantities of one table, so the table needs those of the control.
             tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
     is_foraging = has_foragers(experiments.values())
     learning_experiments = {name: experiments[name] for name in learning_conditions}
@@ -250,7 +253,7 @@ def _answer_criteria(
     experiments: Mapping[str, BaseExperiment],
     criteria: Sequence[Criterion],
 ) -> dict[str, tuple[Answer, ...]]:
-    """Answer the criteria of all conditions, whose tests are one family."""
+    """Answer the criteria of all conditions. All tests together are one family."""
     comparisons = {
         (name, criterion): _compare_quantities(tables[name], criterion)
         for name, experiment in experiments.items()
@@ -281,7 +284,7 @@ def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
 
 
 def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """Return the values of each quantity in runs that define all, and the number of other runs."""
+    """Return values [run] of each quantity without runs that lack one, and the number of these."""
     columns = [drop_labels(table[name]) for name in names]
     aligned = xr.align(*columns, join="inner")
     # [quantity, run]
@@ -305,7 +308,10 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests of planned assays, also those whose quantities may be undefined."""
+    """Return the tests of planned assays, as if every quantity were defined in all runs.
+
+    `assays`: names of the planned assays by condition. `runs`: number of runs of a condition.
+    """
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):
@@ -323,9 +329,10 @@ def _decide(sign: int, comparison: _QuantityComparison, test: FamilyTest | None)
     pairs = comparison.pairs
     if pairs is None:
         return NOT_MEASURED
+    # All values are equal.
     if test is None:
         return NOT_MEASURABLE
-    # Ties in all of enough runs show that no difference exists, as in an equivalence test.
+    # Ties in all runs show that no difference exists, if a difference could have been significant.
     if pairs.above == pairs.below == 0:
         return UNDECIDED if test.has_too_few_runs else NO
     verdicts: Mapping[int, Verdict] = {1: YES, 0: UNDECIDED, -1: NO}

@@ -1,4 +1,4 @@
-"""Evaluation of the assay `descent`: common ancestors."""
+"""Evaluation of the assay `descent`: last common ancestors, and effective number of founders."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the age of the last common ancestor, and the effective founders: two panels per map."""
+    """Draw the age of the last common ancestor and the effective ancestors: two panels per map."""
+    # Without inheritance, agents have no ancestors, and the values are NaN.
     stored = {
         name: data for name, data in stored.items() if data["effective_ancestors"].notnull().any()
     }

@@ -63,7 +63,8 @@ class SpeciesMatrix(NamedTuple):
 
     species: str
     opponents: str
-    fitness: xr.DataArray  # Mean fitness of the agents (run, own, opponent).
+    # Mean fitness of the agents (run, own generation `own`, opponents' generation `opponent`).
+    fitness: xr.DataArray
 
 
 @dataclass(frozen=True)
@@ -71,10 +72,10 @@ class GenerationTest:
     """A comparison of two cells of a matrix, run by run."""
 
     condition: str
-    # The species, the compared generations, and their opponents.
+    # Text that names the species, the compared generations, and the opponents.
     question: str
     pairs: statistics.Pairs
-    # The test, whose p-value is corrected for all comparisons of the study.
+    # Test with a p-value that is corrected for all comparisons of the study.
     test: FamilyTest
 
     @property
@@ -87,6 +88,7 @@ def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
     """Return the matrix of each species, in the order of the species."""
     names = [str(name) for name in data["species"].values]
     matrices = []
+    # For the second species, the dimensions and the names change places.
     for own_dim, opponent_dim, species, opponents in (
         (*GENERATION_DIMS, *names),
         (*GENERATION_DIMS[::-1], *names[::-1]),
@@ -100,9 +102,9 @@ def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
 
 
 def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest]:
-    """Compare the first and the last generation of each species, and those of its opponents.
+    """Compare the first with the last generation: of each species, and of the opponents.
 
-    Returns three tests for each species of each condition; none if only one generation met.
+    Returns three tests per species and condition, or none if only one generation met.
     """
     comparisons = {
         (condition, question): pairs
@@ -117,7 +119,7 @@ def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest
 
 
 def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pairs]]:
-    """Yield a description and the comparison of two cells at the corners of a matrix."""
+    """Yield three comparisons of two corner cells of a matrix, each after a description."""
     species, opponents, fitness = matrix
     generations = fitness["own"].values.tolist()
     first, last = generations[0], generations[-1]
@@ -139,7 +141,7 @@ def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pai
 
 
 def _compare_cells(fitness: xr.DataArray) -> statistics.Pairs:
-    """Compare the first with the second of two cells (run, cell)."""
+    """Compare the first with the second of two cells. The other dimension is `run`."""
     return statistics.compare_pairs(*fitness.transpose(..., "run").values)
 
 

@@ -36,7 +36,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 def name_setting(field: str, value: str) -> str:
-    """Return the name of a changed setting, or of the setting of evolution."""
+    """Return the name of a setting: ("map", "B") -> "map = B", or "as evolved" if unchanged."""
     return UNCHANGED_SETTING if field == UNCHANGED_SETTING else f"{field} = {value}"
 
 
