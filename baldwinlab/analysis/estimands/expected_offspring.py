@@ -2,7 +2,7 @@
 
 Each scheme of `baldwinlab.evolution` draws the parents of a child from known probabilities. The
 expected number of offspring is the relative fitness of Price's equation, without the sampling of
-parents. A parent of a child with two parents has half an offspring.
+parents. A child of two parents counts 1/2 for each parent.
 
 References
 ----------
@@ -27,19 +27,23 @@ from baldwinlab.experiment import BaseExperiment
 
 Floats = npt.NDArray[np.float64]
 # Function of the settings of a scheme, the number of agents and the number of elite agents. It
-# returns the expected offspring by rank, the fittest first.
+# returns the expected number of offspring [rank], the fittest first.
 RankScheme = Callable[[Any, int, int], Floats]
 
 
 def _replace_elite(shares: Floats, elite: int) -> Floats:
-    """Return the offspring by rank, if the elite replaces as many children."""
+    """Return the offspring [rank] from the probability of being a parent, `shares` [rank].
+
+    The fittest `elite` agents survive, and each replaces a child.
+    """
     offspring: Floats = (shares.size - elite) * shares
     offspring[:elite] += 1
     return offspring
 
 
 def _tournament_offspring(n_agents: int, elite: int, size: int) -> Floats:
-    # Number of agents that are not fitter than the agent of each rank, itself included.
+    # Fractions of agents that are not fitter than the agent of each rank, and that are less fit.
+    # The agent wins if no drawn agent is fitter, but not if all are less fit.
     n_not_fitter = np.arange(n_agents, 0, -1) / n_agents
     n_less_fit = np.arange(n_agents - 1, -1, -1) / n_agents
     return _replace_elite(n_not_fitter**size - n_less_fit**size, elite)
@@ -53,6 +57,7 @@ def _best_share(n_agents: int, n_best: int) -> Floats:
 def _best_copies_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
     n_best = max(1, int(scheme.parent_share * n_agents + 0.5))
     children = np.arange(elite, n_agents)
+    # Each of the best agents in turn is the first parent. The second parent is a random best agent.
     first_parent = np.bincount(children % n_best, minlength=n_agents).astype(np.float64)
     second_parent = children.size * _best_share(n_agents, n_best)
     offspring: Floats = first_parent + scheme.two_parent_share / 2 * (second_parent - first_parent)
@@ -62,6 +67,7 @@ def _best_copies_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
 
 def _mu_plus_lambda_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
     n_parents = max(1, min(n_agents - 1, int(scheme.survivor_share * n_agents + 0.5)))
+    # The parents survive like an elite.
     return _replace_elite(_best_share(n_agents, n_parents), max(n_parents, elite))
 
 
@@ -82,6 +88,7 @@ RANK_SCHEMES: Final[Mapping[str, RankScheme]] = {
 
 
 def _proportional_shares(fitness: Floats) -> Floats:
+    """Return the probability of being a parent from fitness (..., agent)."""
     total = fitness.sum(axis=-1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         shares: Floats = np.where(total > 0, fitness / total, 1 / fitness.shape[-1])
@@ -89,16 +96,17 @@ def _proportional_shares(fitness: Floats) -> Floats:
 
 
 def _outcrossing_shares(fitness: Floats) -> Floats:
-    """Return the shares if the second parent of a child is another agent than the first."""
+    """Return the probability of being a parent if both parents of a child are different agents."""
     first_parent = _proportional_shares(fitness)
     n_agents = fitness.shape[-1]
     if n_agents == 1:
         return first_parent
     with np.errstate(invalid="ignore", divide="ignore"):
-        # Probability of a first parent, divided by that of the agents which can be its mate.
+        # The second parent is drawn from the agents that are not the first parent, so the
+        # probability of a pair (i, j) is p_i p_j / (1 - p_i).
         odds = first_parent / (1 - first_parent)
         second_parent = first_parent * (odds.sum(axis=-1, keepdims=True) - odds)
-    # If one agent has all the fitness, its mate is any other agent.
+    # If one agent has all fitness, the second parent is any other agent with equal probability.
     is_alone = first_parent.max(axis=-1, keepdims=True) == 1
     uniform_mates = np.where(first_parent == 1, 0.0, 1 / (n_agents - 1))
     return (first_parent + np.where(is_alone, uniform_mates, second_parent)) / 2
@@ -109,15 +117,18 @@ PROPORTIONAL_SCHEMES: Final[Mapping[str, Callable[[Floats], Floats]]] = {
     "expected-offspring": _proportional_shares,
     "outcrossing": _outcrossing_shares,
 }
-"""Schemes with a probability proportional to fitness."""
+"""Probability of being a parent, proportional to fitness, by scheme."""
 
 
 def _fixation_offspring(fitness: Floats, members: int) -> Floats:
-    """Return the offspring of populations (even agents) and of their mutants (odd agents)."""
+    """Return the offspring of resident populations (agents 0, 2, ...) and mutants (1, 3, ...).
+
+    The fitness has the dimensions (..., agent). A mutant competes with the population before it.
+    """
     mutant = fitness[..., 1::2]
     resident = fitness[..., ::2][..., : mutant.shape[-1]]
     probability = compute_fixation_probabilities(mutant, resident, members)
-    # An agent without a mutant survives.
+    # The last population of an odd number of agents has no mutant, so it survives.
     offspring = np.ones(fitness.shape)
     offspring[..., 1::2] = 2 * probability
     offspring[..., ::2][..., : mutant.shape[-1]] = 2 - 2 * probability
@@ -131,10 +142,10 @@ SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES, MUTANT_FIXATION)
 
 
 def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.DataArray:
-    """Return the expected number of offspring of each agent, with the mean 1 over agents.
+    """Return the expected number of offspring of each agent. The mean over agents is 1.
 
-    It is NaN if the fitness of an agent of the population is NaN. Raises KeyError if the selection
-    scheme is not in `SCHEMES`.
+    The numbers of a population are NaN if the fitness of one agent is NaN. Raises KeyError if the
+    selection scheme is not in `SCHEMES`.
     """
     n_agents = fitness.sizes["agent"]
     elite = experiment.evolution.elite
@@ -163,7 +174,10 @@ def _apply_to_agents(fitness: xr.DataArray, function: Callable[[Floats], Floats]
 
 
 def _assign_by_rank(fitness: Floats, offspring: Floats) -> Floats:
-    """Return the offspring of each agent. Equally fit agents share equally; NaN remains NaN."""
+    """Return the offspring of each agent from `offspring` [rank].
+
+    Equally fit agents have the mean over their ranks. The result is NaN in a population with NaN.
+    """
     n_fitter = stats.rankdata(-fitness, "min", axis=-1, nan_policy="propagate") - 1
     n_not_less_fit = stats.rankdata(-fitness, "max", axis=-1, nan_policy="propagate")
     has_ranks = np.isfinite(n_fitter)
