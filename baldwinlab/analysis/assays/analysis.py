@@ -308,10 +308,7 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests of planned assays, as if every quantity were defined in all runs.
-
-    `assays`: names of the planned assays by condition. `runs`: number of runs of a condition.
-    """
+    """Return the tests of assays (by condition), as if every run would define every quantity."""
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):

@@ -38,10 +38,7 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
     sensitivity do not depend on the unit of fitness, or on a constant that is added to fitness.
 
     Returns the variables `EFFECTS` (run, generation, life). All are NaN if fitness does not vary.
-
-    References
-    ----------
-    Waddington 1942; Wagner, Booth and Bagheri-Chaichian 1997.
+    See Waddington 1942; Wagner, Booth and Bagheri-Chaichian 1997.
     """
     fitness = data["energy"].sel(world="stored", drop=True)
     # (run, generation, life, mutant, agent). The new world counts as a single mutant.

@@ -1,7 +1,4 @@
-"""Panels of the figures of assays: blocks of conditions, medians over runs, and learners.
-
-A learner is a condition without the map, for example "evo+self-taught".
-"""
+"""Panels of the figures of assays: blocks of conditions, medians over runs, and learners."""
 
 from __future__ import annotations
 
@@ -41,7 +38,7 @@ def draw_medians(
 
 
 def style_learners(stored: Stored) -> dict[str, SeriesStyle]:
-    """Return the style of each learner. It is the same in all figures of the study."""
+    """Return the style of each learner, such as "evo+self-taught", equal in all figures."""
     # The attribute lists all learners of the study, also those without this assay.
     learners = [name for data in stored.values() for name in data.attrs.get("learners", ())]
     learners += [read_factors(data).learner for data in stored.values()]

@@ -44,11 +44,7 @@ def compute_parameters(data: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return "intercept" and "slope" (run, generation) of reaction norms, in the unit of fitness.
 
     The intercept is the mean fitness at the factor 0, without learning. The slope is the mean
-    fitness at the factor 1 minus the intercept. The norm need not be linear.
-
-    References
-    ----------
-    Lande 2009.
+    fitness at the factor 1 minus the intercept. The norm need not be linear. See Lande 2009.
     """
     fitness = data["energy"].mean("agent")
     innate, learned = (fitness.sel(factor=factor, drop=True) for factor in (0, 1))

@@ -71,9 +71,7 @@ def make_section(
     inference: Inference | None = None,
     analysis: Analysis | None = None,
 ) -> Section:
-    """Make the section of a report on the stored assays.
-
-    Writes `baldwin.json`, `baldwin.csv` and the figures.
+    """Make the section on the stored assays, and write `baldwin.json`, `baldwin.csv` and figures.
 
     `analysis`: the analysis of `assays`, if it is already computed.
     """
