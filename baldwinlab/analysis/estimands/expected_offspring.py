@@ -32,10 +32,7 @@ RankScheme = Callable[[Any, int, int], Floats]
 
 
 def _replace_elite(shares: Floats, elite: int) -> Floats:
-    """Return the offspring [rank] from the probability of being a parent, `shares` [rank].
-
-    The fittest `elite` agents survive, and each replaces a child.
-    """
+    """Return offspring [rank] from parent probabilities [rank]. The elite replaces children."""
     offspring: Floats = (shares.size - elite) * shares
     offspring[:elite] += 1
     return offspring
@@ -121,10 +118,7 @@ PROPORTIONAL_SCHEMES: Final[Mapping[str, Callable[[Floats], Floats]]] = {
 
 
 def _fixation_offspring(fitness: Floats, members: int) -> Floats:
-    """Return the offspring of resident populations (agents 0, 2, ...) and mutants (1, 3, ...).
-
-    The fitness has the dimensions (..., agent). A mutant competes with the population before it.
-    """
+    """Return the offspring of populations (agents 0, 2, ...), each with a mutant (1, 3, ...)."""
     mutant = fitness[..., 1::2]
     resident = fitness[..., ::2][..., : mutant.shape[-1]]
     probability = compute_fixation_probabilities(mutant, resident, members)
@@ -174,10 +168,8 @@ def _apply_to_agents(fitness: xr.DataArray, function: Callable[[Floats], Floats]
 
 
 def _assign_by_rank(fitness: Floats, offspring: Floats) -> Floats:
-    """Return the offspring of each agent from `offspring` [rank].
-
-    Equally fit agents have the mean over their ranks. The result is NaN in a population with NaN.
-    """
+    """Return the offspring of each agent from `offspring` [rank]; the mean over ranks for ties."""
+    # The ranks of all agents of a population are NaN if the fitness of one agent is NaN.
     n_fitter = stats.rankdata(-fitness, "min", axis=-1, nan_policy="propagate") - 1
     n_not_less_fit = stats.rankdata(-fitness, "max", axis=-1, nan_policy="propagate")
     has_ranks = np.isfinite(n_fitter)
