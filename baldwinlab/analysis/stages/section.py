@@ -1,6 +1,6 @@
-"""Report of a study in stages: sentences, a table for each map, and figures.
+"""Report of a study in stages: sentences, a table for each map, figures and data files.
 
-Writes `learners.json` and `figures/learners.csv`.
+The data files are `learners.json` and `figures/learners.csv`.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ class StagedResults:
     """The results of a study in stages."""
 
     rows: Sequence[NoiseComparison]  # The learners on all maps.
-    noise_controls: Sequence[str]
-    # The specification curve, None if it is not stored.
+    noise_controls: Sequence[str]  # Without maps, for example "evo+motor-noise".
+    # The specification curve, or None if it is not stored.
     specifications: SpecificationResults | None
     settings: Mapping[str, str]  # The values of each factor of the specification curve, as text.
     digests: Mapping[str, str]  # SHA-256 of the claims and of the tuned values, by file.
@@ -95,7 +95,7 @@ def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
 
 
 def _tabulate_learners(results: StagedResults, map_name: str) -> Table:
-    """Return the learners on a map, with their noise control and their matched controls."""
+    """Return a row per learner on a map, with the best noise control and the matched controls."""
     kinds = [kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)]
     rows = [
         [
@@ -297,7 +297,7 @@ def _choose_color(learner: str, noise_controls: Sequence[str]) -> str:
 
 
 def _scale_items(axes: Axes, values: Sample) -> None:
-    """Set a scale of items that shows zero, one and hundreds."""
+    """Set a scale that is linear up to one item, and logarithmic for up to hundreds of items."""
     axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
     # A margin keeps points off the frame.
     low = min(1.5 * float(values.min()), -0.2)
