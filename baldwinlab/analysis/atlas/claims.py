@@ -1,6 +1,6 @@
 """Claims of the atlas: each function evaluates one claim on the confirmatory runs.
 
-A function returns None if the atlas has too few cells or runs for the claim.
+A function returns a verdict and the deciding numbers as a text. Too few cells give "undecided".
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ COSTS: Final = {
 STEP: Final = "slope_climbers.learning_step"
 CURVATURE: Final = "slope_climbers.curvature"
 REGIME_SLOPES: Final = {"optimum-constant": 1, "optimum-mutation": 0, "optimum-rare": -1}
-"""Predicted slope of log mismatch on log 1 / (1 - a), by map."""
+"""Predicted slope of log mismatch on log 1 / (1 - a), by map. a is the learned share."""
 
 
 class AtlasEvaluation(NamedTuple):
@@ -81,7 +81,9 @@ def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasCla
     return results
 
 
+# A verdict, and the numbers that decide.
 Decision = tuple[Verdict, str]
+# Limits of a claim by name, for example {"error": 0.07}.
 Bounds = Mapping[str, float]
 
 
@@ -90,7 +92,7 @@ def _decide(holds: bool) -> Verdict:
 
 
 def _evaluate_balance(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X1: the residual share of ? on the needle."""
+    """Evaluate X1: the residual share of undefined alleles ? on the needle."""
     needle = maps["needle"]
     measured = needle[MEASURE_PREFIX + "unset"].mean("run")
     success = needle[MEASURE_PREFIX + "succeeded"].mean("run")
@@ -159,7 +161,7 @@ def _evaluate_gain(maps: Maps, bounds: Bounds) -> Decision:
     """Evaluate X4: the sign of the innate response on smooth slopes."""
     slope = maps["slope"].sel({SELECTION: ROULETTE})
     response = slope["innate_response"].mean("run")
-    # log g(x) is a constant plus step * curvature * x.
+    # The gain g from learning at the trait x: log g(x) is a constant plus step * curvature * x.
     change = (slope[STEP] * slope[CURVATURE]).broadcast_like(response)
     is_tested = (change != 0) & response.notnull()
     agrees = (np.sign(response) == np.sign(change)).where(is_tested)
@@ -197,6 +199,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
     cost = COSTS["forager"]
     frequency = forager[MEASURE_PREFIX + "learners"].mean("run")
     threshold = predict_threshold(forager)
+    # The pairs of persistences, between and within lives.
     pairs = [dim for dim in frequency.dims if dim != cost]
     errors = []
     for key, curve in frequency.stack(pair=pairs).groupby("pair"):
@@ -217,7 +220,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _find_crossing(costs: Any, frequencies: Any) -> float:
-    """Return the first cost at which the frequency falls through 1/2, by interpolation."""
+    """Return the first cost at which the frequency falls through 1/2, interpolated, or NaN."""
     for index in range(len(costs) - 1):
         before, after = frequencies[index], frequencies[index + 1]
         if before >= 0.5 > after:
@@ -269,6 +272,7 @@ def _evaluate_fixation(maps: Maps, bounds: Bounds) -> Decision:
         np.vectorize(lambda trials: selection_against_unset(1, trials)), unset[TRIALS]
     )
     products = (unset["population.size"] * selection).stack(cell=["population.size", TRIALS])
+    # Fraction of runs without an undefined allele.
     lost = (unset == 0).mean("run").stack(cell=["population.size", TRIALS])
     is_above = products >= 2 * bounds["product"]
     is_below = products <= bounds["product"] / 2
@@ -325,4 +329,4 @@ EVALUATIONS: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Maps, Bounds], 
     "X9": (("needle-size",), _evaluate_fixation),
     "X10": (("nk",), _evaluate_fork),
 }
-"""Maps that each claim needs, and its function."""
+"""Names of the needed maps, and the function, by id of the claim."""

@@ -31,10 +31,10 @@ LAW_STYLE: Final = EstimateStyle(BLUE, size=3, width=0.8)
 PANEL_WIDTH: Final = 3.4
 PANEL_HEIGHT: Final = 2.7
 MAX_LABEL: Final = 44
-# Panels in a row, and height of a row, of the figure of the laws.
+# Figure of the laws: number of panels in a row, and height of a row in inches.
 LAW_COLUMNS: Final = 4
 LAW_HEIGHT: Final = 2.4
-# In characters.
+# Largest number of characters in a line of a panel's title.
 LAW_TITLE_WIDTH: Final = 24
 
 
@@ -64,11 +64,9 @@ class LawPoints(NamedTuple):
 
 @styled
 def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | None) -> Figure:
-    """Draw the assimilation A for each pair of axes of a map.
+    """Draw the assimilation A for each pair of axes of a map, or the innate response I without A.
 
-    If A is not defined in any cell, the innate response I is drawn.
-
-    The figure has one panel per pair, averaged over the runs and the other axes.
+    A panel has the means over the runs and the other axes. `axes_labels`: label of each field.
     """
     outcome = choose_outcome(outcomes)
     values = outcomes[outcome.name].mean("run")
@@ -90,7 +88,7 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
 
 
 def choose_outcome(outcomes: xr.Dataset) -> ShownOutcome:
-    """Return the outcome that the cells of a map show: A, or I if A is not defined in any cell."""
+    """Return the outcome that the cells of a map show: A, or I if all values of A are NaN."""
     if bool(outcomes["assimilation"].notnull().any()):
         return ShownOutcome("assimilation", "assimilation A", *SHARE_RANGE)
     largest = float(np.abs(outcomes["innate_response"].mean("run")).max())
@@ -127,7 +125,7 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 
 @styled
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
-    """Draw measured residual learning against the unfitted law, with the line of equality."""
+    """Draw measured residual learning against the law, with the line of equality."""
     figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
     for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)
