@@ -229,7 +229,7 @@ def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str,
 
 
 def describe_effects(finals: xr.Dataset) -> Iterator[str]:
-    """Yield sentences on a sweep whose points are not compared with each other."""
+    """Yield the correlations of a sample as sentences, or a sentence that nothing is tested."""
     if analysis.is_sampled(finals):
         yield from _describe_correlations(finals)
     else:
@@ -259,7 +259,7 @@ def _name_outcome(finals: xr.Dataset) -> str:
 
 
 def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
-    """Yield the lowest and the highest mean by each field, with intervals."""
+    """Yield a sentence per field: the groups with the lowest and the highest mean."""
     for field in finals.attrs["fields"]:
         responses = [
             response
@@ -283,9 +283,9 @@ def _format_response(response: Response) -> str:
 def link_points(
     finals: xr.Dataset, conditions: Sequence[str], generations: Sequence[int]
 ) -> list[Link]:
-    """Return links to the last generation of a typical run of points.
+    """Return links to the last generation of a typical run, one link per point with runs.
 
-    Returns one link per point with runs. Of many points, only those with the lowest and the highest
+    If there are too many points, only two have links: the points with the lowest and the highest
     fitness of the average agent.
     """
     values = finals[SUMMARY_MEASURE]
