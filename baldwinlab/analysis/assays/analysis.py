@@ -98,12 +98,12 @@ class Answer:
 
     @property
     def label(self) -> str:
-        """The verdict as a report shows it."""
+        """The verdict in a report: "too few runs" can replace "undecided"."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
     def note(self) -> str:
-        """An explanation of the verdict and of the runs that it needs, or "" if none is needed."""
+        """The reason for the verdict and the required number of runs, or "" without a need."""
         if self.numbers is None or self.test is None:
             return ""
         is_decided = self.verdict != UNDECIDED
@@ -148,7 +148,7 @@ class ConditionResult:
 
 @dataclass(frozen=True)
 class Number:
-    """Median of a quantity over the runs in which it is defined, with its 95 % interval."""
+    """Median of a quantity over the runs that define it, with the 95 % interval."""
 
     condition: str
     # The two parts of a `Quantity`: a measure, and its time or its agents.
@@ -186,7 +186,7 @@ class Analysis:
 
     @property
     def applicable_criteria(self) -> list[Criterion]:
-        """The criteria that apply to a condition."""
+        """The criteria that apply to at least one condition."""
         applicable = {answer.criterion for result in self.results for answer in result.answers}
         criteria = load_criteria(self.is_foraging)
         return [criterion for criterion in criteria if criterion in applicable]
@@ -222,7 +222,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
     controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():
         if control and INNATE_LAST in tables[control]:
-            # A criterion compares quantities of one table, so the table needs those of the control.
+            # A criterion compares quantities of one table, so this table needs the value, too.
             tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
     is_foraging = has_foragers(experiments.values())
     learning_experiments = {name: experiments[name] for name in learning_conditions}
@@ -284,7 +284,7 @@ def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
 
 
 def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """Return values [run] of each quantity without runs that lack one, and the number of these."""
+    """Return values [run] in the runs that define all quantities, and the number of other runs."""
     columns = [drop_labels(table[name]) for name in names]
     aligned = xr.align(*columns, join="inner")
     # [quantity, run]
@@ -295,7 +295,6 @@ def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], i
 
 
 def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparison:
-    """Compare the quantities of a criterion."""
     if criterion.a not in table or criterion.b not in table:
         return _QuantityComparison(None)
     (a, b), left_out = _select_defined(table, criterion.a, criterion.b)
@@ -308,7 +307,7 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests of assays (by condition), as if every run would define every quantity."""
+    """Return the tests of planned assays, assuming that every run defines every quantity."""
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):

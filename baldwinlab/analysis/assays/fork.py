@@ -28,7 +28,7 @@ def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
 
     - history: learner minus control, in the branches with learning off.
     - regime: learning on minus off, averaged over the histories.
-    - interaction: the effect of the regime on the learner minus that on the control.
+    - interaction: the effect of the regime on the learner minus the effect on the control.
     """
     return {
         name_quantity(effect, measure): values

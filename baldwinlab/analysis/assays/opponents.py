@@ -1,7 +1,7 @@
 """Report section that compares generations of two species against the same opponents.
 
-The value of a run is the mean fitness of the agents of a species. All comparisons are within runs,
-and their p-values are one family, corrected by Holm's method.
+The value of a run is the mean fitness of the agents of a species. All comparisons are within runs.
+The p-values of all comparisons are one family, corrected by Holm's method.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def compose_sentences(tests: Sequence[GenerationTest]) -> list[str]:
 
 
 def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
-    """Yield each answer to a question with its conditions."""
+    """Yield each answer with the conditions, for example "higher in evo/A, evo/B"."""
     for difference in DIFFERENCES:
         conditions = [test.condition for test in group if test.difference == difference]
         is_unanimous = len(conditions) == len(group) > 1
@@ -232,6 +232,7 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
 def _draw_matrix(axes: Axes, matrix: SpeciesMatrix, largest: float) -> None:
     medians = matrix.fitness.median("run").values
     texts = np.vectorize(format_number)(medians)
+    # The range of the colors must not be empty.
     draw_cells(axes, medians, texts, WHITE_TO_BLUE, (0, largest if largest > 0 else 1.0))
     generations = matrix.fitness["own"].values.tolist()
     label_cells(axes, generations, generations)

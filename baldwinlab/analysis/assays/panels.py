@@ -16,7 +16,7 @@ from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle,
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.intervals import interval_of_median
 
-# In the order of the newborns, which are sorted by generation.
+# One style per kind of newborns, for example a generation, from the first to the last.
 NEWBORN_STYLES: Final = [
     SeriesStyle(color, line, marker)
     for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)

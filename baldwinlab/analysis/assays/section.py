@@ -125,7 +125,6 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
 
 
 def _summarize(analysis: Analysis) -> str:
-    """Return the summary of the section."""
     texts = [
         f"On {condition}: {headline}"
         for condition, headline in _compose_headlines(analysis).values()
@@ -194,6 +193,7 @@ def _tabulate_answers(analysis: Analysis, phase: int | None, title: str) -> Tabl
 def _answer_cells(result: ConditionResult, answer: Answer) -> list[Any]:
     verdict = add_detail(badge(answer.label), result.condition)
     if answer.numbers is None:
+        # The first cell of numbers has the reason instead.
         dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
         return [verdict, add_detail("", "not measured, or undefined in every run"), *dashes]
     omitted = f"without {answer.left_out} runs in which it is undefined" if answer.left_out else ""

@@ -260,7 +260,7 @@ def _note_insignificance(answer: Answer) -> str:
 
 
 def describe_condition(result: ConditionResult) -> str:
-    """Return the map and the learner of a condition, or its name if it has no map."""
+    """Return "map A (evo+self-taught)", or the name of a condition without a map."""
     learner = result.factors.learner
     map_name = result.factors.map
     return f"map {map_name} ({learner})" if map_name else result.condition

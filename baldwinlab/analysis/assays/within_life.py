@@ -31,7 +31,7 @@ from baldwinlab.analysis.figures.curves import (
 from baldwinlab.analysis.figures.style import SeriesStyle, styled
 from baldwinlab.experiment.toml import from_toml
 
-# Number of time steps to which a meal rate refers.
+# A meal rate is the number of items eaten in this number of steps.
 RATE_STEPS: Final = 100
 
 
