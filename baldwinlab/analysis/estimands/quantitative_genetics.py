@@ -1,9 +1,9 @@
 """Quantitative genetics of stored generations: selection, Price's equation and heritability.
 
 The standardized selection differential is the covariance of relative fitness and trait, in units of
-the trait's standard deviation. It is the change of the mean trait by selection, before inheritance
-and mutation. Learning guides selection if the differential is larger with learning than without.
-Learning hides innate differences from selection if the differential is smaller.
+the trait's standard deviation. This is the change of the mean trait by selection, before
+inheritance and mutation. Learning guides selection if the differential is larger with learning than
+without. Learning hides innate differences from selection if the differential is smaller.
 
 Price's equation with the realized numbers of offspring W and the next generation z' is an identity:
 
@@ -158,10 +158,10 @@ def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray
 def compute_differentials(
     innate: xr.Dataset, trait: xr.DataArray, experiment: BaseExperiment
 ) -> xr.Dataset:
-    """Compute the selection differentials with learning "on" and "off", and their "difference".
+    """Compute selection differentials (run, generation): "on", "off", and "difference" (on - off).
 
     S = Cov(w / mean w, z) / SD(z) (Robertson 1966; Lande and Arnold 1983). The fitness w is the
-    expected number of offspring of an agent under the selection scheme of the experiment, from its
+    expected number of offspring of an agent under the selection scheme of the experiment, from the
     fitness with learning on or off in the assay `innate`. The innate trait z is (run, generation,
     agent).
     """
@@ -174,15 +174,15 @@ def compute_differentials(
 
 
 def average_difference(differentials: xr.Dataset) -> xr.DataArray:
-    """Return the mean of S_on - S_off over the generations in which the trait varies (run)."""
+    """Return the mean (run) of S_on - S_off over the generations in which the trait varies."""
     return differentials["difference"].mean("generation")
 
 
 def relative_difference(differentials: xr.Dataset) -> xr.DataArray:
-    """Return the sum of S_on over the generations, divided by that of S_off, minus 1 (run).
+    """Return sum S_on / sum S_off - 1 (run), with the sums over the generations.
 
     The value is 0 if the same amount of selection acts with learning and without, and -1 if
-    no selection with learning acts on the trait. It is NaN if the sum of S_off is not above 0.
+    no selection with learning acts on the trait. The value is NaN if sum S_off is not above 0.
     """
     on, off = differentials["on"].sum("generation"), differentials["off"].sum("generation")
     return on / off.where(off > 0) - 1
@@ -200,7 +200,7 @@ def is_sign_informative(experiment: BaseExperiment, is_innate_fitness: bool) -> 
 def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Dataset:
     """Estimate the heritability of a trait, and compare the breeder's equation with the response.
 
-    h2 is the slope of the regression of children on the mean of their parents. It is NaN if the
+    h2 is the slope of the regression of children on the mean of their parents. h2 is NaN if the
     means of parents do not vary. The additive variance is V_A = h2 V_P, with the variance V_P of
     the trait in the parents' generation. The breeder's equation predicts the response R = h2 S,
     with S = Cov(W, z) / mean W and the realized number of offspring W. See Falconer and Mackay

@@ -151,7 +151,7 @@ def _measure_selection(data: ConditionData) -> Estimate:
 def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate:
     if "fork" not in data.assays:
         return _missing_assay("fork")
-    fork = data.assays["fork"].isel(generation=[-1])
+    fork = data.assays["fork"].isel(generation=[-1])  # The list keeps the dimension.
     innate_fitness = fork["innate_fitness"]
     if innate_fitness.min() == innate_fitness.max():
         value = f"{float(innate_fitness.min()):g}"

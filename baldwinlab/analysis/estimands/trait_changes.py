@@ -98,7 +98,7 @@ def measure_changes(
     experiment: BaseExperiment,
     genotypes: xr.DataArray | None = None,
 ) -> TraitChanges:
-    """Partition the changes of the innate trait, and predict them from its heritability.
+    """Partition the changes of the innate trait, and predict the changes from the heritability.
 
     `find_obstacle` returns "" for the experiment. `genotypes` are genomes (run, agent, gene) of one
     generation, a scalar coordinate. Fitness with learning is the phenotype of the correlation. The
@@ -282,7 +282,7 @@ def _stack_parts(axes: Axes, means: xr.Dataset) -> None:
     generations = means["generation"].values
     top = bottom = np.zeros(generations.size)
     for part, color in PART_COLORS.items():
-        values = np.nan_to_num(means[part].values)
+        values = np.nan_to_num(means[part].values)  # An undefined part has no area.
         next_top, next_bottom = top + values.clip(min=0), bottom + values.clip(max=0)
         for start, end, label in ((top, next_top, part), (bottom, next_bottom, None)):
             axes.fill_between(generations, start, end, step="mid", color=color, lw=0, label=label)

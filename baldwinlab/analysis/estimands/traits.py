@@ -38,8 +38,8 @@ class Trait(NamedTuple):
 def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment) -> Trait:
     """Return the innate trait on which selection is measured.
 
-    It is the recorded variable `innate_trait` of the model, or else innate fitness. The values have
-    the runs and generations of the assay `innate`.
+    The trait is the recorded variable `innate_trait` of the model. Without this declaration, it is
+    innate fitness. The values have the runs and generations of the assay `innate`.
     """
     model = experiment.loaded_model
     name = model.innate_trait if model is not None else ""
@@ -54,8 +54,8 @@ def select_learned_distance(
 ) -> Trait | None:
     """Return the distance between birth and the goal of learning, on the scale of the trait.
 
-    It is the mean over agents of the variable or share `learned_distance` of the model. Without
-    this declaration, it is the mean distance of weights between birth and death, or None.
+    The distance is the mean over agents of the variable or share `learned_distance` of the model.
+    Without this declaration, it is the mean distance of weights between birth and death, or None.
     """
     model = experiment.loaded_model
     name = model.learned_distance if model is not None else ""
@@ -140,7 +140,7 @@ def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
 
 
 def measure_savings(times: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learning time that is saved, by run. It is NaN without a time.
+    """Return the share of the learning time that is saved (run), or NaN without a time.
 
     The share is 1 - t_last / t_first, with the mean times in the last and in the first generations.
     An agent that does not reach its goal counts with the length of its lifetime.
