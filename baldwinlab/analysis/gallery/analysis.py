@@ -1,4 +1,4 @@
-"""Estimates of the questions for each system of a study, and the time until fitness has risen.
+"""Estimates of the questions for each system of a study, and the time to half of the fitness gain.
 
 A *system* is a condition that evolves and learns.
 """

@@ -143,6 +143,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
         map(has_exact_signed_rank, samples),
     )
     numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
+    # `next` takes the measurements in the order of the measured decisions.
     measurements = iter([_make_measurement(*row) for row in numbers])
     return [
         replace(decision, measurement=next(measurements))

@@ -188,7 +188,7 @@ def _describe_mean(summary: QuestionSummary) -> str:
 
 
 def format_effect(number: float) -> str:
-    """Return an effect with its sign and two digits, or all digits of a large integer part."""
+    """Return an effect with a sign: 0.123 -> "+0.12", and 1234.5 -> "+1,234"."""
     if isnan(number):
         return "–"
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
@@ -270,7 +270,7 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     panels[0].set_yticks(ticks, [*(system.condition for system in rows), MEAN_LABEL])
     for paper, row in headings.items():
         _draw_heading(panels[0], paper, row)
-    panels[0].set_ylim(mean_row + 0.8, -0.8)
+    panels[0].set_ylim(mean_row + 0.8, -0.8)  # The first row is at the top.
     figure.legend(handles=_make_legend_handles(), loc="outside lower center", ncols=3)
     return figure
 
