@@ -61,7 +61,7 @@ class NoiseComparison:
     noise: ControlEffect | None
     # Comparisons with the matched controls, by kind.
     matched: Mapping[str, ControlEffect]
-    # Verdict of the claim that the learner has more than each noise control, or "".
+    # Verdict of the claim that the learner eats more than each noise control, or "".
     verdict: str
 
     @property
@@ -110,7 +110,7 @@ def compare_with_noise(
     settings: Mapping[str, str],
     results: Sequence[ClaimResult] = (),
 ) -> list[NoiseComparison]:
-    """Compare each learner with the noise controls of its map, and with its matched controls.
+    """Compare each learner with the noise controls and the matched controls on the same map.
 
     `values`: fitness on unseen maps [run] by condition, without conditions that have no value.
     `noise_controls`: learners, for example "evo+motor-noise". Returns a row for each condition
@@ -163,7 +163,7 @@ def _compare_with_best(
 ) -> ControlEffect | None:
     """Compare a learner with the noise control of the largest median. None for a noise control.
 
-    The question is whether the learner has more than each noise control. The p-value of this
+    The question is whether the learner eats more than each noise control. The p-value of this
     intersection-union test is the largest p-value (R. L. Berger, Technometrics 24, 1982).
     """
     learner = factors[name]
@@ -196,7 +196,7 @@ def _compare_with_matched(
 
 
 def _correct(effects: Mapping[str, ControlEffect | None]) -> dict[str, ControlEffect]:
-    """Return the effects that are not None, with q-values over all of them."""
+    """Return the effects with q-values, without the conditions that have no effect (None)."""
     measured = {name: effect for name, effect in effects.items() if effect}
     qs = q_values([effect.p for effect in measured.values()]).tolist()
     return {
@@ -295,7 +295,7 @@ def evaluate_specifications(
 ) -> SpecificationResults | None:
     """Rank the learners in each specification by the mean fitness on unseen maps.
 
-    A specification is a combination of settings, the variant of its conditions. `values`: fitness
+    A specification is a combination of settings, stored as `Factors.variant`. `values`: fitness
     [run] by condition. Specifications without all conditions are left out. None if none is left.
     """
     learners = list(dict.fromkeys(factor.learner for factor in factors.values()))

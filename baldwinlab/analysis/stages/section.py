@@ -51,7 +51,7 @@ CURVE_TITLE: Final = "Specification curve"
 # Height of a row, and of the title and the axis of a panel, in inches.
 ROW_HEIGHT: Final = 0.2
 AXIS_HEIGHT: Final = 0.75
-# Size of a point. A row has up to hundreds of them.
+# Size of a point. It is small, because a row has up to hundreds of points.
 POINT_SIZE: Final = 2.0
 # Values up to this number of items are on a linear scale, and larger ones on a logarithmic scale.
 LINEAR_LIMIT: Final = 1.0
@@ -187,7 +187,7 @@ def _list_learners(rows: Sequence[NoiseComparison]) -> str:
 
 
 def make_section(results: StagedResults, directory: Path) -> Section:
-    """Make the section with the figures and the frozen files."""
+    """Make the section with the figures and the digests of the frozen files."""
     folder = directory / "figures"
     runs_figure = ReportFigure(
         name="unseen-maps",
