@@ -115,7 +115,7 @@ def _evaluate_balance(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X2: the cost of the highest assimilation."""
+    """Evaluate X2: the cost at which assimilation is highest."""
     sentences = []
     n_interior = 0
     present = {name: field for name, field in COSTS.items() if name in maps}
@@ -138,7 +138,7 @@ def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_cost_of_bits(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X3: residual learning against the cost, by selection."""
+    """Evaluate X3: residual learning against the cost, by selection scheme."""
     bits = maps["nk"][MEASURE_PREFIX + "changed"].mean(K)
     paid = bits.sel({NK_COST: bits[NK_COST] > 0})
     if paid.sizes[NK_COST] < 2:
@@ -183,7 +183,7 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
     holds = True
     for name, predicted in REGIME_SLOPES.items():
         mismatch = maps[name][MEASURE_PREFIX + "mismatch"].sel({SPEED: maps[name][SPEED] > 0})
-        # One of the maps has costs. The predicted slopes are those without a cost.
+        # The predicted slopes apply without a cost, but one of the maps varies the cost.
         mismatch = mismatch.sel({COSTS[name]: 0}) if name in COSTS else mismatch
         log_mismatch = xr.DataArray(np.log(mismatch)).mean(SPEED)
         strength = -np.log(1 - mismatch[SHARE].values)
@@ -194,7 +194,7 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X6: the cost at which a learning allele is common in half of the agents."""
+    """Evaluate X6: the cost at which half of the agents have the learning allele."""
     forager = maps["forager"]
     cost = COSTS["forager"]
     frequency = forager[MEASURE_PREFIX + "learners"].mean("run")
@@ -251,7 +251,7 @@ def _evaluate_correlation(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_order(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X8: the order of the models by P and by A."""
+    """Evaluate X8: the order of the models by selection ratio P and by assimilation A."""
     means = {
         name: (float(data["selection_ratio"].mean()), float(data["assimilation"].mean()))
         for name, data in maps.items()
@@ -276,6 +276,7 @@ def _evaluate_fixation(maps: Maps, bounds: Bounds) -> Decision:
     lost = (unset == 0).mean("run").stack(cell=["population.size", TRIALS])
     is_above = products >= 2 * bounds["product"]
     is_below = products <= bounds["product"] / 2
+    # `where` replaces the other cells by a value that satisfies the condition.
     holds = bool((lost.where(is_above, 1) > 0.5).all() and (lost.where(is_below, 0) < 0.5).all())
     numbers = "; ".join(
         f"N s(1) = {float(product):.2g}: {float(share):.0%} of the runs have lost it"

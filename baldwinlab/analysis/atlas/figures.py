@@ -100,7 +100,6 @@ def _shorten(label: str) -> str:
 
 
 def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> AxesImage:
-    """Draw the values as colored cells with numbers."""
     texts = np.vectorize(format_cell)(cells.values)
     limits = (outcome.low, outcome.high)
     image = draw_cells(axes, cells.values, texts, limits=limits, is_upward=True)

@@ -137,7 +137,7 @@ class CurvePanel(NamedTuple):
     # Range of the vertical axis.
     low: float
     high: float
-    # "kind" ("run", "mean", "control" or "replay") and "points" of each line.
+    # "kind" ("mean", "control" or "replay") and "points" of each line.
     lines: list[dict[str, Any]]
 
 

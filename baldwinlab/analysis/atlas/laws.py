@@ -25,7 +25,7 @@ from baldwinlab.analysis.theory.moving_optimum import (
 )
 from baldwinlab.analysis.theory.needle import balance_of_unset
 
-# Settings of the maps that no axis varies. A test compares them with the files of the maps.
+# Settings of the maps that no axis varies. A test compares these values with the files of maps.
 BITS: Final = 16
 BIT_MUTATION_RATE: Final = 1 / 32
 BIT_TRIALS: Final = 30
@@ -72,7 +72,7 @@ def _predict_bits(data: xr.Dataset) -> xr.DataArray:
 
 
 def _predict_mismatch(data: xr.Dataset, variance: Callable[[float], float]) -> xr.DataArray:
-    """Return the distance to the optimum after learning. `variance` is a function of V_L."""
+    """Return the mismatch after learning. `variance` is a function of the squared width V_L."""
 
     def predict(speed: float, share: float, cost: float) -> float:
         width_squared = selection_variance(PEAK_WIDTH, share, cost)
