@@ -165,7 +165,7 @@ def find_nearest(multiverse: Multiverse) -> VariantResult | None:
 
 
 def variants_with_paper_effects(multiverse: Multiverse) -> list[VariantResult]:
-    """Return the variants whose intervals contain all effect sizes of the paper."""
+    """Return the variants with intervals that contain all effect sizes of the paper."""
     paper_effects = list_paper_effects(multiverse)
 
     def has_paper_effects(variant: VariantResult) -> bool:

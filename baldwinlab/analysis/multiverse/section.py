@@ -212,7 +212,7 @@ def draw_variants(multiverse: Multiverse) -> Figure:
         (0, len(verdicts) - 1),
     )
     _label_claims(axes, [_label_variant(variant) for variant in variants], claims)
-    choices = [min(variant.choices, default="") for variant in variants]
+    choices = [min(variant.choices, default="") for variant in variants]  # At most one each.
     _draw_cell_borders(axes, len(claims), choices)
     drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
     legend_handles = [

@@ -15,7 +15,7 @@ VERDICT_PHRASES: Final[Mapping[Verdict, str]] = {
     UNDECIDED: "is undecided",
     FAILS: "does not hold",
 }
-# Largest numbers of variants that a sentence lists by name. Otherwise, it states their number.
+# Largest numbers of variants that a sentence names. It states larger numbers without the names.
 MAX_NAMED: Final = 8
 MAX_NAMED_WITH_STANDARD: Final = 2
 
