@@ -41,8 +41,7 @@ class Group(NamedTuple):
     """Points with the same value of a field, or with neighboring values."""
 
     label: str
-    # Position on the axis of the field: a value, the median of several values, or the index of a
-    # text.
+    # Position on the axis: a value, the median of several values, or the index of a text.
     position: float
     points: npt.NDArray[np.intp]  # Indices of the points.
 
@@ -204,7 +203,7 @@ def _finite_mean(values: npt.NDArray[np.float64]) -> float:
 
 
 def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
-    """Return Spearman's correlation of measures and numeric fields, NaN if one is constant."""
+    """Return correlations of numeric fields with measures, NaN for constants or under 3 points."""
     correlations = []
     for field in finals.attrs["fields"]:
         if is_number(finals[field]):

@@ -103,7 +103,7 @@ def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) ->
         means = finals[measure].mean("run")
         axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
     centers = [response.position for response in responses]
-    estimates = np.array([response[-3:] for response in responses]).T
+    estimates = np.array([response[-3:] for response in responses]).T  # Mean, low and high.
     draw_estimates(axes, centers, estimates, EstimateStyle(BLUE), is_joined=has_numbers)
     if has_numbers:
         _scale_axis(axes, finals[field].values)

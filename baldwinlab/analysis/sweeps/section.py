@@ -133,7 +133,7 @@ def _tabulate_responses(finals: xr.Dataset, field: str) -> Table:
 
 
 def _tabulate_correlations(finals: xr.Dataset) -> Table | None:
-    """Return the rank correlations, or None if no field has enough points."""
+    """Return the rank correlations, or None if no field has numbers."""
     names = name_measures(fitness.outcome(finals))
     rows = [
         [
@@ -178,7 +178,6 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
 
 
 def _describe_curves(finals: xr.Dataset) -> str:
-    """Return the caption of the response curves."""
     if analysis.is_sampled(finals):
         return (
             "Each gray dot is the mean over the runs of a point. Blue marks are means over points "
