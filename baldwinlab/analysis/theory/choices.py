@@ -150,7 +150,7 @@ def compute_payoff(explored: npt.ArrayLike, bandit: Bandit) -> Floats:
     Lange and Sprekeler 2020, for the question.
     """
     n = np.asarray(explored, np.float64)
-    # Without exploration, the posterior mean is the prior mean, which is below 0.
+    # Without exploration, the positive part is 0, because the prior mean is below 0.
     is_explored = n > 0
     evidence = np.where(is_explored, bandit.uncertainty**2 * n + bandit.noise**2, 1.0)
     sd = bandit.uncertainty**2 * np.sqrt(n / evidence)

@@ -78,10 +78,10 @@ def steady_mismatch(
 
 
 def half_time(variance: float, width_squared: float) -> float:
-    """Return the number of generations until the mean at birth has halved its distance.
+    """Return the number of generations until the distance of the mean at birth has halved.
 
     In each generation after a jump of the optimum, the distance is multiplied by V_L / (v + V_L).
-    If selection is weak, the number is about ln(2) V_L / v: learning multiplies it by
+    If selection is weak, the number is about ln(2) V_L / v: learning multiplies this number by
     1 / (1 - a)^2 if the variance v does not change and learning has no cost.
 
     Parameters
@@ -100,7 +100,7 @@ def half_time(variance: float, width_squared: float) -> float:
 
 
 def variance_of_segregation(segregation_variance: float, width_squared: float) -> float:
-    """Return the variance of the infinitesimal model, which learning hardly changes.
+    """Return the variance in the infinitesimal model: learning hardly changes this variance.
 
     A child is the mean of two parents plus noise: v = v V_L / (2 (v + V_L)) + V_S. The variance
     is about 2 V_S if selection is weak. The mismatch then increases with 1 / (1 - a).
@@ -148,8 +148,8 @@ def variance_of_rare_mutations(mutation_rate: float, width_squared: float) -> fl
     """Return the variance in the house-of-cards approximation: learning decreases the mismatch.
 
     Mutants are rare, and each is lost before the next mutation of its lineage. A mutant at the
-    distance d has the disadvantage d^2 / (2 V_L), so its expected share is mu times 2 V_L / d^2,
-    and the variance is v = 2 mu V_L. The mismatch then decreases with 1 - a. The law holds at an
+    distance d has the disadvantage d^2 / (2 V_L). The expected share of mutants is 2 mu V_L / d^2,
+    so the variance is v = 2 mu V_L. The mismatch then decreases with 1 - a. The law holds at an
     optimum that does not move, if the variance of a mutation is well above v.
 
     Parameters

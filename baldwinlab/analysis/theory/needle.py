@@ -96,8 +96,8 @@ def balance_of_unset(
 
     The balance is (n - q) mu / 3 + (k / 2) (1 - q / n) / tau = q s(q) + 2 q mu / 3. Mutation
     creates each of the alleles 0, 1 and ? with equal probability. A change makes half of the
-    redrawn loci wrong if they are set, and strings that have ? there replace the others. The law
-    has no fitted parameter. It applies to populations that have found the needle.
+    redrawn loci wrong if they are set. Strings with ? at these loci then replace the others. The
+    law has no fitted parameter, and applies to populations that have found the needle.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def balance_of_unset(
     redrawn_loci : int
         Number k of loci that are drawn at a change.
     population : int, optional
-        Number of agents, which adds genetic drift. Each locus then has Wright's stationary
+        Number of agents, to include genetic drift. Each locus then has Wright's stationary
         distribution, with selection s x (1 - x) instead of s x. Otherwise the population is
         infinite.
 
@@ -141,7 +141,7 @@ def balance_of_unset(
 
     # The surplus is positive at 0. Populations with the needle are in balance at the first root.
     shares = np.linspace(0, 1, loci + 1)
-    end = next(share for share in shares if surplus(share) <= 0)
+    end = next(share for share in shares if surplus(share) <= 0)  # At or above the first root.
     return float(brentq(surplus, 0, end))
 
 
