@@ -286,7 +286,7 @@ def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
 def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
     """Return values [run] in the runs that define all quantities, and the number of other runs."""
     columns = [drop_labels(table[name]) for name in names]
-    aligned = xr.align(*columns, join="inner")
+    aligned = xr.align(*columns, join="inner")  # Runs that have all quantities.
     # [quantity, run]
     values = np.stack([np.asarray(column.values, np.float64) for column in aligned])
     is_defined = np.isfinite(values).all(axis=0)

@@ -37,7 +37,7 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     styles = style_learners(stored)
     maps = list(dict.fromkeys(condition.map for condition in factors.values()))
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.2 * len(maps)))
-    grid = figure.subplots(len(maps), 2, squeeze=False)
+    grid = figure.subplots(len(maps), 2, squeeze=False)  # [map, measure]
     measures = {
         "common_ancestor_age": "generations since the\nlast common ancestor",
         "effective_ancestors": "effective ancestors",

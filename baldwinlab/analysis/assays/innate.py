@@ -99,7 +99,7 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
         draw_medians(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
         bottom.axhline(1, color=GRAY, lw=0.8)
-        bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
+        bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))  # Space above 1.
         label_generations(bottom)
     label_blocks(grid, unit, "share of the fitness\nwith learning on")
     draw_legend_of_panels(figure, grid[:, 0], 2)

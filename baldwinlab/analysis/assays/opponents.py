@@ -142,7 +142,7 @@ def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pai
 
 def _compare_cells(fitness: xr.DataArray) -> statistics.Pairs:
     """Compare the first with the second of two cells. The other dimension is `run`."""
-    return statistics.compare_pairs(*fitness.transpose(..., "run").values)
+    return statistics.compare_pairs(*fitness.transpose(..., "run").values)  # [cell, run]
 
 
 def group_by_question(tests: Sequence[GenerationTest]) -> dict[str, list[GenerationTest]]:
@@ -216,7 +216,7 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the fitness of species by own and opponents' generation: a row per condition."""
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))
-    grid = figure.subplots(len(stored), 2, squeeze=False)
+    grid = figure.subplots(len(stored), 2, squeeze=False)  # [condition, species]
     # The largest median of each species in all conditions.
     largest: dict[str, float] = {}
     for matrix in chain.from_iterable(matrices.values()):

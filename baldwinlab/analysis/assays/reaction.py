@@ -49,7 +49,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     maps = list(dict.fromkeys(panel.map for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
-    grid = figure.subplots(len(fields), len(maps), squeeze=False)
+    grid = figure.subplots(len(fields), len(maps), squeeze=False)  # [field, map]
     for panel in panels:
         axes = grid[fields.index(panel.field), maps.index(panel.map)]
         for name, fitness in panel.norms.items():

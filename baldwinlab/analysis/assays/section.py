@@ -138,7 +138,7 @@ def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFig
     for assay, evaluation in load_evaluations().items():
         stored = assays.get(assay, {})
         names = [result.condition for result in analysis.results if result.condition in stored]
-        for figure in evaluation.figures if names else ():
+        for figure in evaluation.figures if names else ():  # None without a learner.
             medians = "; ".join(
                 f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
             )
