@@ -52,9 +52,9 @@ def _best_share(n_agents: int, n_best: int) -> Floats:
 
 
 def _best_copies_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
-    n_best = max(1, int(scheme.parent_share * n_agents + 0.5))
+    n_best = max(1, int(scheme.parent_share * n_agents + 0.5))  # Rounded.
     children = np.arange(elite, n_agents)
-    # Each of the best agents in turn is the first parent. The second parent is a random best agent.
+    # The best agents in turn are first parents. A second parent is a random best agent, for 1/2.
     first_parent = np.bincount(children % n_best, minlength=n_agents).astype(np.float64)
     second_parent = children.size * _best_share(n_agents, n_best)
     offspring: Floats = first_parent + scheme.two_parent_share / 2 * (second_parent - first_parent)
@@ -63,7 +63,7 @@ def _best_copies_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
 
 
 def _mu_plus_lambda_offspring(scheme: Any, n_agents: int, elite: int) -> Floats:
-    n_parents = max(1, min(n_agents - 1, int(scheme.survivor_share * n_agents + 0.5)))
+    n_parents = max(1, min(n_agents - 1, int(scheme.survivor_share * n_agents + 0.5)))  # Rounded.
     # The parents survive like an elite.
     return _replace_elite(_best_share(n_agents, n_parents), max(n_parents, elite))
 
@@ -124,7 +124,7 @@ def _fixation_offspring(fitness: Floats, members: int) -> Floats:
     probability = compute_fixation_probabilities(mutant, resident, members)
     # The last population of an odd number of agents has no mutant, so it survives.
     offspring = np.ones(fitness.shape)
-    offspring[..., 1::2] = 2 * probability
+    offspring[..., 1::2] = 2 * probability  # A pair has two offspring.
     offspring[..., ::2][..., : mutant.shape[-1]] = 2 - 2 * probability
     is_known = np.isfinite(fitness).all(axis=-1, keepdims=True)
     return np.where(is_known, offspring, np.nan)
@@ -152,7 +152,7 @@ def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.Da
         by_rank = RANK_SCHEMES[selection](scheme, n_agents, elite)
         return _apply_to_agents(fitness, lambda values: _assign_by_rank(values, by_rank))
     shares = PROPORTIONAL_SCHEMES[selection]
-    is_elite = (np.arange(n_agents) < elite).astype(np.float64)
+    is_elite = (np.arange(n_agents) < elite).astype(np.float64)  # [rank]
     return _apply_to_agents(
         fitness,
         lambda values: (n_agents - elite) * shares(values) + _assign_by_rank(values, is_elite),
@@ -173,8 +173,8 @@ def _assign_by_rank(fitness: Floats, offspring: Floats) -> Floats:
     n_fitter = stats.rankdata(-fitness, "min", axis=-1, nan_policy="propagate") - 1
     n_not_less_fit = stats.rankdata(-fitness, "max", axis=-1, nan_policy="propagate")
     has_ranks = np.isfinite(n_fitter)
-    sums = np.concatenate([[0.0], np.cumsum(offspring)])
+    sums = np.concatenate([[0.0], np.cumsum(offspring)])  # Sums over all fitter ranks.
     first = np.where(has_ranks, n_fitter, 0).astype(np.int64)
     end = np.where(has_ranks, n_not_less_fit, 1).astype(np.int64)
-    shared: Floats = (sums[end] - sums[first]) / (end - first)
+    shared: Floats = (sums[end] - sums[first]) / (end - first)  # Means over tied ranks.
     return np.where(has_ranks, shared, np.nan)

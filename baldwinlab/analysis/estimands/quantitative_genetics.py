@@ -55,7 +55,7 @@ def count_offspring(parents: xr.DataArray) -> xr.DataArray:
 
     def count(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         slots = np.bincount(numbers.ravel(), minlength=len(numbers))
-        shares: npt.NDArray[np.float64] = slots / numbers.shape[-1]
+        shares: npt.NDArray[np.float64] = slots / numbers.shape[-1]  # 1/2 for each parent.
         return shares
 
     offspring: xr.DataArray = xr.apply_ufunc(

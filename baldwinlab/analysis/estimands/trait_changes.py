@@ -115,7 +115,7 @@ def measure_changes(
     residual = sum(partition[name] for name in PARTS) - partition["change"]
     genetics = estimate_heritability(trait.values, runs["parents"])[list(GENETICS)]
     values = partition.assign({RESIDUAL: residual}).merge(genetics, join="outer", compat="override")
-    correlation = xr.full_like(runs["run"], np.nan, dtype=np.float64)
+    correlation = xr.full_like(runs["run"], np.nan, dtype=np.float64)  # NaN without genotypes.
     if genotypes is not None:
         fitness = innate["energy"].sel(life="on", generation=genotypes["generation"], drop=True)
         correlation = _correlate(genotypes.drop_vars("generation"), fitness)

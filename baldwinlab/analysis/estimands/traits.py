@@ -123,7 +123,7 @@ def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.Data
     """
     final = performance.isel(window=-1)
     is_reached = performance >= FINAL_SHARE * final
-    first_window = is_reached.argmax("window")
+    first_window = is_reached.argmax("window")  # Index of the first True.
     return ends.isel(window=first_window).drop_vars("window", errors="ignore").where(final > 0)
 
 
