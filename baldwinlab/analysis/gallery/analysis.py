@@ -149,7 +149,7 @@ def _find_time_to_level(
     is_reached = mean_fitness >= level
     # Infinity marks a run that does not reach the level.
     generation_at_level = first_generation(is_reached, np.inf)
-    is_first = is_reached & (is_reached.cumsum("generation") == 1)
+    is_first = is_reached & (is_reached.cumsum("generation") == 1)  # Only the first generation.
     evaluations_at_level = evaluations.where(is_first).max("generation").fillna(np.inf)
     return _finite_median(generation_at_level.values), _finite_median(evaluations_at_level.values)
 
