@@ -118,6 +118,7 @@ def compare_with_noise(
     corrected over all rows.
     """
     conditions = {factors[name]: name for name in values}
+    # For example, evo+crbp+yoked is matched to evo+crbp.
     matched_names = {
         name for name in values if factors[name].learner.rpartition("+")[2] in MATCHED_KINDS
     }
@@ -150,7 +151,7 @@ def compare_with_noise(
             verdict=verdicts.get(name, ""),
         )
         for name in rows
-        for interval in [median_interval(values[name])]
+        for interval in [median_interval(values[name])]  # Assigns a variable.
     ]
 
 
@@ -237,7 +238,7 @@ def measure_agreement(values: Sample) -> RankAgreement:
     n_judges, n_objects = ranks.shape
     sums = ranks.sum(axis=0)
     ties = sum(_count_ties(row) for row in ranks)
-    largest = n_judges**2 * (n_objects**3 - n_objects) - n_judges * ties
+    largest = n_judges**2 * (n_objects**3 - n_objects) - n_judges * ties  # Divisor of W.
     if n_judges < 2 or largest == 0:
         return RankAgreement(ranks, np.nan, np.nan)
     w = 12 * float(((sums - sums.mean()) ** 2).sum()) / largest

@@ -267,7 +267,7 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
     maps = list(dict.fromkeys(row.map for row in rows))
     n_learners = max(sum(row.map == name for row in rows) for name in maps)
     panel_height = AXIS_HEIGHT + ROW_HEIGHT * n_learners
-    figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)
+    figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)  # No legend.
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
         axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
