@@ -127,7 +127,7 @@ def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
             sentences.append(f"{name}: A is not defined at every cost")
             continue
         best = int(means.values.argmax())
-        gains = [estimate_mean(by_cost[best] - by_cost[end]) for end in (0, -1)]
+        gains = [estimate_mean(by_cost[best] - by_cost[end]) for end in (0, -1)]  # Both ends.
         is_interior = 0 < best < means.size - 1 and all(gain.low > 0 for gain in gains)
         n_interior += is_interior
         sentences.append(
@@ -186,7 +186,7 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
         # The predicted slopes apply without a cost, but one of the maps varies the cost.
         mismatch = mismatch.sel({COSTS[name]: 0}) if name in COSTS else mismatch
         log_mismatch = xr.DataArray(np.log(mismatch)).mean(SPEED)
-        strength = -np.log(1 - mismatch[SHARE].values)
+        strength = -np.log(1 - mismatch[SHARE].values)  # log 1 / (1 - a)
         slope = estimate_slope(strength, log_mismatch, SHARE)
         holds &= max(abs(slope.low - predicted), abs(slope.high - predicted)) <= bounds["slope"]
         sentences.append(f"{name}: slope {slope}, predicted {predicted}")
@@ -210,7 +210,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
         errors.append(_find_crossing(costs, curve.values.ravel()) - predicted)
     if not errors:
         return UNDECIDED, "No threshold is between the tested costs."
-    largest = float(np.max(np.abs(np.nan_to_num(errors, nan=np.inf))))
+    largest = float(np.max(np.abs(np.nan_to_num(errors, nan=np.inf))))  # NaN: no crossing.
     n_close = int((np.abs(errors) <= bounds["cost"]).sum())
     numbers = (
         f"{n_close} of {len(errors)} thresholds are within {bounds['cost']}; the largest error is "
@@ -274,7 +274,7 @@ def _evaluate_fixation(maps: Maps, bounds: Bounds) -> Decision:
     products = (unset["population.size"] * selection).stack(cell=["population.size", TRIALS])
     # Fraction of runs without an undefined allele.
     lost = (unset == 0).mean("run").stack(cell=["population.size", TRIALS])
-    is_above = products >= 2 * bounds["product"]
+    is_above = products >= 2 * bounds["product"]  # Products near the bound are not tested.
     is_below = products <= bounds["product"] / 2
     # `where` replaces the other cells by a value that satisfies the condition.
     holds = bool((lost.where(is_above, 1) > 0.5).all() and (lost.where(is_below, 0) < 0.5).all())

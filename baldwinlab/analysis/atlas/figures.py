@@ -83,7 +83,7 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
                 axes, averaged.broadcast_like(values.mean(other_axes)).transpose(row, column)
             )
         axes.set(xlabel=_shorten(axes_labels[column]), ylabel=_shorten(axes_labels[row]))
-    figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)
+    figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)  # For all panels.
     return figure
 
 
@@ -125,7 +125,7 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 @styled
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
     """Draw measured residual learning against the law, with the line of equality."""
-    figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
+    figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)  # Without a legend.
     for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)
     return figure

@@ -101,7 +101,7 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
 def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     """Return the variables of `OUTCOMES` (run), NaN where an outcome is not defined."""
     undefined = cell["founder_mean"] * np.nan
-    last = {"generation": slice(-N_WINDOW, None)}
+    last = {"generation": slice(-N_WINDOW, None)}  # Indices of measured generations.
     # Clonal founders do not vary within a run, so the variance includes differences between runs.
     variance = cell["founder_square"].mean("run") - cell["founder_mean"].mean("run") ** 2
     sd = variance.clip(min=0) ** 0.5
