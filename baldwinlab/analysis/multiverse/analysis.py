@@ -159,7 +159,7 @@ def find_nearest(multiverse: Multiverse) -> VariantResult | None:
 
     def rank_variant(variant: VariantResult) -> tuple[int, float]:
         n_held = sum(variant.outcomes[claim].verdict == HOLDS for claim in claims_with_effect)
-        return -n_held, variant.distance or 0.0
+        return -n_held, variant.distance or 0.0  # The minimum is the nearest variant.
 
     return min(measured, key=rank_variant, default=None)
 
