@@ -31,7 +31,7 @@ MIN_GROUPS: Final = 2
 MAX_GROUPS: Final = 8
 # Smallest number of points for a rank correlation.
 MIN_CORRELATED_POINTS: Final = 3
-# Smallest number of points in a group of several values.
+# Number of points per group of several values, unless `MAX_GROUPS` or `MIN_GROUPS` limits it.
 MIN_GROUP_POINTS: Final = 5
 # Columns of responses.csv after the fields.
 RESPONSE_COLUMNS: Final = ("measure", "runs", "mean", "low", "high")
@@ -134,7 +134,7 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
             for value, position in zip(distinct, positions, strict=True)
         ]
     n_groups = min(MAX_GROUPS, max(MIN_GROUPS, values.size // MIN_GROUP_POINTS))
-    inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]
+    inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]  # Without 0 and 1.
     edges = np.quantile(values, inner_quantiles)
     group_indices = np.searchsorted(edges, values, side="right")
     return [

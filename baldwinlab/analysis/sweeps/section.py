@@ -213,7 +213,6 @@ def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
 
 
 def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
-    """Return one row per cell of the heat maps."""
     tables = {
         measure: analysis.compute_table(finals, row, column, measure)
         for measure in fitness.MEASURES
@@ -291,7 +290,7 @@ def link_points(
     links = []
     for point in _select_points(values.mean("run").values):
         runs = values.isel(point=point).dropna("run")
-        nearest = int(abs(runs - runs.median()).argmin("run"))
+        nearest = int(abs(runs - runs.median()).argmin("run"))  # Index of the typical run.
         life = StoredLife(conditions[point], int(runs["run"][nearest]), generations[point] - 1)
         links.append(make_link([life], _label_point(finals, point)))
     return links
