@@ -153,8 +153,8 @@ def compute_payoff(explored: npt.ArrayLike, bandit: Bandit) -> Floats:
     # Without exploration, the positive part is 0, because the prior mean is below 0.
     is_explored = n > 0
     evidence = np.where(is_explored, bandit.uncertainty**2 * n + bandit.noise**2, 1.0)
-    sd = bandit.uncertainty**2 * np.sqrt(n / evidence)
-    d = MEAN_PAYOFF / np.where(is_explored, sd, 1.0)
+    sd = bandit.uncertainty**2 * np.sqrt(n / evidence)  # v of the docstring.
+    d = MEAN_PAYOFF / np.where(is_explored, sd, 1.0)  # m / v, without a division by 0.
     positive_part = np.where(is_explored, MEAN_PAYOFF * norm.cdf(d) + sd * norm.pdf(d), 0.0)
     payoff: Floats = MEAN_PAYOFF * n + (bandit.pulls - n) * positive_part
     return payoff
