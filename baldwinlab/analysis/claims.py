@@ -186,7 +186,7 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     median = float(np.median(values))
     effect, low, high = median, nan, nan
     statistic = RULES[comparison.rule].statistic
-    # The largest number of items in any run.
+    # The measure "most" is the largest number over all runs.
     if comparison.measure == "most":
         statistic = "maximum"
     if statistic in SUMMARIES:

@@ -103,7 +103,7 @@ class SceneRenderer:
         self.symbols = list_symbols(self.trace)
         # [agent]
         self.symbol_numbers = list_symbol_numbers(self.trace)
-        # Dead agents have no position, [step, agent].
+        # [step, agent]. Dead agents have no position.
         self.is_alive = np.isfinite(self.x)
         self.legend = self._arrange_legend()
         n_rows = max((row for row, _, _ in self.legend), default=-1) + 1

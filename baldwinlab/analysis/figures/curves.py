@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
 from baldwinlab.analysis.statistics.intervals import CurveInterval
 
-# Largest number of markers on a curve.
+# Smallest number of markers on a long curve, which has less than twice this number.
 MAX_MARKERS: Final = 8
 # Largest number of columns of a legend, and the width of a line and the gaps, in letters.
 MAX_LEGEND_COLUMNS: Final = 4
@@ -78,7 +78,7 @@ def draw_line(
     *,
     is_stepped: bool = False,
 ) -> None:
-    """Draw a line with at most about `MAX_MARKERS` markers. A distribution `is_stepped`."""
+    """Draw a line with about `MAX_MARKERS` markers. `is_stepped` suits a distribution."""
     axes.plot(
         x,
         y,

@@ -254,6 +254,7 @@ def tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
     rows = []
     for name, share in shares.items():
         for condition, values in share.mean("run").groupby("condition"):
+            # `values` is [condition, generation] with one condition.
             for generation, value in zip(generations, values.values.ravel(), strict=True):
                 row = {"condition": str(condition), "share": str(name)}
                 rows.append(row | {"generation": int(generation), "mean": float(value)})

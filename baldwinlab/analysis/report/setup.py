@@ -87,7 +87,7 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
     texts = []
     for name, experiment in conditions.items():
         counts = data[GENERATION_COUNT].sel(condition=name).values
-        simulated = counts[counts > 0]
+        simulated = counts[counts > 0]  # A run that is not stored has the count 0.
         stopped = simulated[simulated < experiment.evolution.generations]
         if stopped.size:
             texts.append(
@@ -157,7 +157,7 @@ def _describe_energy(foraging: Iterable[Experiment]) -> str:
 def describe_variant(
     experiment: Experiment, paper: Paper, tuned_settings: Collection[str] = ()
 ) -> str:
-    """Return the variant that an experiment equals, except in tuned settings, or a phrase."""
+    """Return the variant with the same settings (except tuned ones), or a phrase on differences."""
     differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
         # A paper may lack the condition, and a variant may not apply to the condition.

@@ -184,7 +184,7 @@ def name_measure(finding: Finding) -> str:
 
 
 def describe_comparison(finding: Finding) -> str:
-    """Return the conditions with medians and measure. Without a second condition, the bound."""
+    """Return a phrase: conditions, medians and measure; or one condition, measure and bound."""
     comparison = finding.comparison
     measure = name_measure(finding)
     if not comparison.b:

@@ -132,7 +132,7 @@ def combine_verdicts(verdicts: list[Verdict]) -> Verdict:
 
 @dataclass(frozen=True)
 class FamilyTest:
-    """A test of a family whose p-values are corrected by Holm's method."""
+    """A test of a family of tests, with the p-value before and after Holm's correction."""
 
     planned: PlannedTest
     # Uncorrected and corrected p-value.

@@ -98,7 +98,7 @@ def hold_last(values: xr.DataArray) -> xr.DataArray:
     count = values[GENERATION_COUNT]
     has_stopped = (values["generation"] >= count) & (count > 0)
     is_held = has_stopped & (values["generation"] < count.max("run"))
-    # Runs without data have the count 0. Their index is set to 0, and `is_held` is False.
+    # For runs without data (count 0), the index 0 has no effect, because `is_held` is False.
     last_values = values.isel(generation=(count - 1).clip(min=0)).drop_vars("generation")
     return values.where(~is_held, last_values).transpose(*values.dims)
 

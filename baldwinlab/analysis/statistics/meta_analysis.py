@@ -45,10 +45,10 @@ def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:
     with np.errstate(divide="ignore", invalid="ignore"):
         model = combine_effects(effects, standard_errors**2, method_re="pm")
     mean = float(model.mean_effect_re)
-    variance = float(model.var_hksj_re)
+    variance = float(model.var_hksj_re)  # Of the mean, by Hartung and Knapp.
     tail = (1 + CONFIDENCE_LEVEL) / 2
     margin = float(stats.t.ppf(tail, effects.size - 1)) * np.sqrt(variance)
-    deviation = np.sqrt(float(model.tau2) + variance)
+    deviation = np.sqrt(float(model.tau2) + variance)  # tau2: variance between papers.
     prediction_margin = float(stats.t.ppf(tail, effects.size - 2)) * deviation
     return RandomEffects(
         papers=effects.size,

@@ -220,9 +220,9 @@ def equivalence_p(samples: Sample, bound: float, *, ignores_ties: bool = False) 
     """Compute the p-value of the two one-sided signed-rank tests for samples [sample, pair].
 
     One test shows that the differences are below `bound`. The other test shows that the differences
-    are above `-bound`. The result is the larger p-value [sample]. If all n differences are 0, this
-    is the smallest possible p-value, `0.5 ** n`, also with a bound of 0. With a bound of 0, no other
-    sample is equivalent. The bound is fixed before the data are seen. `ignores_ties`: see
+    are above `-bound`. The result is the larger p-value [sample]. If all n differences are 0, the
+    result is the smallest possible p-value, `0.5 ** n`, even if `bound` is 0. No other sample is
+    equivalent with the bound 0. The bound is fixed before the data are seen. `ignores_ties`: see
     `signed_rank_tails`.
     """
     below, _ = signed_rank_tails(samples - bound, ignores_ties=ignores_ties)

@@ -126,6 +126,7 @@ def measure_runs(
     report_progress: Callable[[int], None],
 ) -> xr.Dataset:
     """Simulate runs with and without learning, and return the values of `reduce_cell`."""
+    # `_simulate` adds the records. The two assays use no other maps.
     sample = Sample(directory, seed, experiment, tuple(runs), (), (), report_progress)
     learners, learner_data = _simulate(sample)
     controls, control_data = _simulate(replace(sample, experiment=experiment.without_learning()))

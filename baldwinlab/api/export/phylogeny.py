@@ -1,10 +1,10 @@
 """Write the ancestry of agents: the parents as CSV, or a tree sequence of tskit.
 
 The CSV file follows the ALife data standard for phylogenies. A tree sequence has one tree per gene.
-A record has the parents of each agent, but not the parent of each gene. The genomes decide the
-parent of a gene: the parent with the closer value, which is equal if the gene did not mutate. If
-both values are equally close, a gene has the parent of the preceding gene. The first gene then has
-the fitter parent.
+A record has the parents of each agent, but not the parent of each gene. The genomes decide: a gene
+comes from the parent with the closer value. If the gene did not mutate, the closer value is equal.
+If both values are equally close, a gene has the parent of the preceding gene. The first gene then
+has the fitter parent.
 
 References
 ----------
@@ -65,7 +65,7 @@ def write_tree_sequence(
     run: int | None = None,
     force: bool = False,
 ) -> str:
-    """Write the ancestry of the last generation of a run; return the number of trees as text."""
+    """Write the ancestry of the last generation of a run; return the size as text."""
     import tskit
 
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
@@ -218,15 +218,16 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     # 1 for the second parent, -1 for the first, 0 if both are equally close.
     closer = np.sign(difference_to_first - difference_to_second).astype(int)
     genes = np.arange(values.shape[1])
-    # The gene that decides the parent of each gene: the gene itself, or the last gene before it that
-    # is closer to one parent.
+    # The gene that decides the parent of a gene: the gene itself, or the last gene before it with a
+    # value that is closer to one parent.
     decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
     is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
     is_second[parents[:, 0] == parents[:, 1]] = False
     is_start = np.ones(values.shape, bool)
     is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]
     child, left = np.nonzero(is_start)
-    # An interval ends where the next one starts. At 0, the next child starts: use the last gene.
+    # An interval ends where the next one starts. If the next one starts at gene 0, it belongs to
+    # another child, and the interval ends after the last gene.
     right = np.append(left[1:], 0)
     right[right == 0] = len(genes)
     parent = parents[child, is_second[child, left].astype(int)]

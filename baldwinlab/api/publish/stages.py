@@ -34,7 +34,7 @@ def read_staged_results(
     data: xr.Dataset,
     results: Sequence[ClaimResult],
 ) -> StagedResults | None:
-    """Return the results of both stages, or None without the assay `unseen-maps`."""
+    """Return the results of a study in stages, or None without the assay `unseen-maps`."""
     unseen = get_unseen_maps(data)
     values = {
         name: unseen.sel(condition=name).dropna("run").values

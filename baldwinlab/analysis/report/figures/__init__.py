@@ -87,6 +87,7 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
         if drawn:
             is_caption_valid = has_world or not figure.needs_world
             addition = captions.get(figure.name, "") if is_caption_valid else ""
+            # Figures of results without links get links to typical lifetimes.
             links = drawn.links if drawn.links or figure.is_setup else condition_links
             yield drawn._replace(
                 name=figure.name,

@@ -43,7 +43,7 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
         times = np.sort(lifetimes.sel(condition=condition.name).dropna("run").values)
         n_deaths = np.arange(1, times.size + 1)
         share_alive = 1 - n_deaths / max(1, times.size)
-        # Runs with the longest time survive to the end of the study, so no death is drawn.
+        # Runs with the longest time count as survivors, so no death is drawn.
         share_alive[times == float(lifetimes.max())] = np.nan
         draw_line(axes, [start, *times], [1.0, *share_alive], condition.style, is_stepped=True)
     axes.set(
