@@ -119,7 +119,7 @@ def draw_agent(
         x + POINTER_LENGTH * length * math.cos(heading),
         y + POINTER_LENGTH * length * math.sin(heading),
     )
-    draw.line((position, end), symbol.outline, POINTER_WIDTH * line_width)
+    draw.line((position, end), symbol.outline, POINTER_WIDTH * line_width)  # Below the shape.
     draw_shape(draw, symbol, position, SHAPE_RADIUS * length, fill, line_width)
 
 

@@ -145,7 +145,7 @@ class SceneRenderer:
             if mark["solid"]:
                 draw_shape(box, fill=color)
             else:
-                fill = None if is_disc else blend(color, 0.1)
+                fill = None if is_disc else blend(color, 0.1)  # A pale region of items.
                 draw_shape(box, fill=fill, outline=blend(color, 0.5), width=OVERSAMPLING)
         return image
 
@@ -275,7 +275,7 @@ def write_scenes(
     function that is called with the finished fraction of the movie, 0 to 1.
     """
     n_steps = max(scene.trace.sizes["step"] for scene in scenes)
-    stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))
+    stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))  # In steps.
     frames = _draw_frames(scenes, range(0, n_steps, stride), report_progress)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name

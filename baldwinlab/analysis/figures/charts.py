@@ -53,7 +53,7 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) 
         [sample],
         positions=[position],
         widths=BOX_WIDTH,
-        showfliers=False,
+        showfliers=False,  # Each run is drawn as a point below.
         manage_ticks=False,
         boxprops=line,
         whiskerprops=line,
@@ -108,7 +108,7 @@ def draw_estimates(
     `is_horizontal`: whether the values have the horizontal axis. `is_joined`: whether a line joins
     the estimates.
     """
-    centers, low, high = np.asarray(estimates, np.float64)
+    centers, low, high = np.asarray(estimates, np.float64)  # [position] each, or numbers.
     draw_intervals = axes.hlines if is_horizontal else axes.vlines
     draw_intervals(positions, low, high, color=style.color, lw=style.width)
     x, y = (centers, positions) if is_horizontal else (positions, centers)

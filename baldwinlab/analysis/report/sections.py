@@ -170,7 +170,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
         "caption": figure.caption,
         "alternative": figure.alternative,
         "shape": _name_shape(figure.figure),
-        "ratios": (saved.wide_ratio, saved.narrow_ratio),
+        "ratios": (saved.wide_ratio, saved.narrow_ratio),  # Width by height.
         "source": f"data:image/svg+xml;base64,{b64encode(saved.image).decode('ascii')}",
         "files": files,
         "commands": figure.commands,

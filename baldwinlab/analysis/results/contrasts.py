@@ -128,7 +128,7 @@ def compare_final_values(
     outcome = fitness.outcome(finals)
     numbers = {
         (*pair, measure): _compare_runs(finals[measure], *pair)
-        for pair in pairs.items()
+        for pair in pairs.items()  # (condition, reference)
         for measure in COMPARED_MEASURES
     }
     family = correct_family(

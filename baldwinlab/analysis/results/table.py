@@ -124,7 +124,7 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     if len(rows) < 2:
         return [describe_contrast(row) for row in rows]
     significant = [row for row in rows if row.verdict in ("higher", "lower")]
-    significant.sort(key=lambda row: -abs(row.numbers.effect))
+    significant.sort(key=lambda row: -abs(row.numbers.effect))  # Largest effect first.
     outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
     verdicts = [row.verdict for row in significant]
     verb = "differ" if len(significant) > 1 else "differs"

@@ -159,7 +159,7 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
         # A stopped run ends before the other runs of its condition.
         is_present = is_present & (values["generation"] < values[GENERATION_COUNT])
     # Conditions end at different generations, so count only generations with a value.
-    position = is_present.cumsum("generation")
+    position = is_present.cumsum("generation")  # Rank of a generation, from 1.
     n_skipped = is_present.sum("generation") - length
     is_inside = position > n_skipped if from_end else position <= length
     return values.where(is_present & is_inside).mean("generation", keep_attrs=True)

@@ -42,7 +42,7 @@ def interval_of_mean(values: xr.DataArray, over: str = "run") -> CurveInterval:
     count = values.count(over)
     average = values.mean(over)
     variance = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
-    quantiles = stats.t.ppf(HIGH_QUANTILE, np.maximum(count - 1, 1))
+    quantiles = stats.t.ppf(HIGH_QUANTILE, np.maximum(count - 1, 1))  # NumPy, without labels.
     half_width = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
     low = average - half_width
     if not bool((values < 0).any()):

@@ -53,7 +53,7 @@ def signed_rank(differences: Sample) -> float:
     if differences.size > MAX_EXACT_SIGNS or not _has_tied_differences(differences):
         return float(stats.wilcoxon(differences).pvalue)
     # SciPy would take a second or more, because SciPy enumerates the signs one at a time.
-    share_below, share_above = _enumerate_signs(differences[None])
+    share_below, share_above = _enumerate_signs(differences[None])  # One sample.
     return min(1.0, 2 * min(float(share_below[0]), float(share_above[0])))
 
 
@@ -93,7 +93,7 @@ def signed_rank_tails(samples: Sample, *, ignores_ties: bool = False) -> tuple[S
 
 def _split_samples(samples: Sample) -> list[Sample]:
     """Split samples [sample, value] into blocks of at most `SAMPLES_PER_BLOCK` samples."""
-    return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))
+    return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))  # Rounded up.
 
 
 def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
@@ -141,7 +141,7 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     u = float(result.statistic)
     if method == "asymptotic" and comb(pooled.size, a.size) <= MAX_EXACT_ARRANGEMENTS:
-        ranks = stats.rankdata(pooled)[None]
+        ranks = stats.rankdata(pooled)[None]  # [sample, value], with one sample.
         return u, float(_enumerate_arrangements(ranks, a.size)[0])
     return u, float(result.pvalue)
 

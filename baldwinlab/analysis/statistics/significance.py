@@ -136,7 +136,7 @@ def signed_rank_runs(differences: Sample, level: float) -> int | None:
     result is None if more than `MAX_RUNS` runs are needed. It is never less than the smallest
     number of runs with which the test can be significant.
     """
-    sums = differences[:, None] + differences
+    sums = differences[:, None] + differences  # [run, other run]
     # By run: probability that the sum with another difference is above 0. A tie counts half.
     is_above = np.where(sums == 0, 0.5, sums > 0)
     np.fill_diagonal(is_above, 0.0)
@@ -171,7 +171,7 @@ def levels_of_tests(corrected: Sequence[float] | Sample) -> Sample:
     Tests that are not significant have the level of `level_of_next_test`.
     """
     p_values = np.asarray(corrected, np.float64)
-    n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)
+    n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)  # [test]
     levels = SIGNIFICANCE_LEVEL / np.maximum(1, n_not_smaller)
     return np.where(p_values < SIGNIFICANCE_LEVEL, levels, level_of_next_test(p_values))
 

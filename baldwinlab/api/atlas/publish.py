@@ -264,7 +264,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         cell["command"] = (
             f"baldwinlab run {file} --seed {results.seed} --runs {len(result.planned.runs)}"
         )
-    first = next(iter(result.cells.values()))
+    first = next(iter(result.cells.values()))  # The runs and generations of all cells.
     return render(
         "atlas/map.html",
         title=result.title,

@@ -145,7 +145,7 @@ def _make_tables(
         {"codec": "json"}
     )
     tables.metadata = metadata
-    nodes = _add_agents(tskit, tables, 0, parents, np.empty(0, np.int32))
+    nodes = _add_agents(tskit, tables, 0, parents, np.empty(0, np.int32))  # Founders.
     for generation, genome in enumerate(generations, 1):
         children = _add_agents(tskit, tables, generation, parents, nodes)
         edges = find_edges(genome, previous, parents[generation])
@@ -211,7 +211,7 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     - `parents`: indices of the parents in the generation before, [child, 2].
     """
     agents = len(genome)
-    values = genome.reshape(agents, -1).astype(float)
+    values = genome.reshape(agents, -1).astype(float)  # [child, gene]
     difference_to_first, difference_to_second = (
         np.abs(values - previous[parents[:, parent]].reshape(agents, -1)) for parent in (0, 1)
     )
@@ -222,8 +222,8 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     # value that is closer to one parent.
     decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
     is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
-    is_second[parents[:, 0] == parents[:, 1]] = False
-    is_start = np.ones(values.shape, bool)
+    is_second[parents[:, 0] == parents[:, 1]] = False  # The child has one parent.
+    is_start = np.ones(values.shape, bool)  # Whether an interval starts at the gene.
     is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]
     child, left = np.nonzero(is_start)
     # An interval ends where the next one starts. If the next one starts at gene 0, it belongs to

@@ -108,9 +108,9 @@ class StudyTable:
     def _make_frame(
         self, condition: str, runs: Sequence[Mapping[str, npt.NDArray[Any]]]
     ) -> pd.DataFrame:
-        arrays = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
+        arrays = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}  # [row]
         n_rows = len(arrays["run"])
-        values = self._values_by_condition[condition]
+        values = self._values_by_condition[condition]  # One value for all rows.
         series: dict[str, Any] = {}
         for column in self.columns:
             if column.categories:

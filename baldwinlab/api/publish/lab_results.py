@@ -251,7 +251,7 @@ def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
         ]
         rows += [
             {"condition": name, "run": run, **dict(zip(numbers, row, strict=True))}
-            for run, *row in zip(runs, *values, strict=True)
+            for run, *row in zip(runs, *values, strict=True)  # From columns to rows.
         ]
     return {
         "note": f"averaged over the last {DEFAULT_LAST} generations",

@@ -68,7 +68,7 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
         raise ValueError(f"a figure has 1 to {MAX_CONDITIONS} conditions, not {len(names)}")
     data = fitness.cache_measures(open_sample(study, names))
     if is_sweep:
-        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))
+        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))  # "responses"
     else:
         drawn = _draw_conditions(study, data, name)
     runs = format_range(count_runs(data).values())
