@@ -63,7 +63,7 @@ def make_blocks(
 
 def label_blocks(panels: npt.NDArray[Any], *labels: str) -> None:
     """Label the rows of `make_blocks` at the left edge."""
-    # Two conditions are next to each other, so every second one is in the left column.
+    # Two conditions are next to each other, so every second condition is in the left column.
     for column in panels[::2]:
         for axes, label in zip(column, labels, strict=True):
             axes.set_ylabel(label)

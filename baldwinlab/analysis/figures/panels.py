@@ -1,8 +1,8 @@
 """Arrange the panels of a drawn figure below each other, for narrow screens.
 
-A figure is drawn once. Its SVG holds two layouts of the same drawing: the wide one, as drawn, and
-a narrow one with one panel per row. The shape of the space for the image decides which layout is
-shown, so a page selects a layout with the CSS property `aspect-ratio`, without a script.
+A figure is drawn once. The SVG contains two layouts of the drawing: the wide layout, as drawn, and
+a narrow layout with one panel per row. The shape of the space for the image decides which layout
+is shown, so a page selects a layout with the CSS property `aspect-ratio`, without a script.
 """
 
 from __future__ import annotations

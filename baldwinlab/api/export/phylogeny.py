@@ -226,8 +226,8 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     is_start = np.ones(values.shape, bool)  # Whether an interval starts at the gene.
     is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]
     child, left = np.nonzero(is_start)
-    # An interval ends where the next one starts. If the next one starts at gene 0, it belongs to
-    # another child, and the interval ends after the last gene.
+    # An interval ends where the next interval starts. If the next interval starts at gene 0, a new
+    # child begins, so the interval ends after the last gene.
     right = np.append(left[1:], 0)
     right[right == 0] = len(genes)
     parent = parents[child, is_second[child, left].astype(int)]
