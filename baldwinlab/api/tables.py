@@ -1,4 +1,4 @@
-"""Print the results of a study as tables on the terminal."""
+"""Tables of results on the terminal, for `report` and for the command line."""
 
 from __future__ import annotations
 
@@ -61,6 +61,7 @@ def show_contrasts(contrasts: Contrasts) -> None:
             console.info(sentence)
         console.console.print(make_contrasts_table(contrasts))
         notes = [contrast.note for contrast in contrasts.rows]
+        # Only the notes of printed comparisons are printed, so `notes` can be longer.
         for cells, note in zip(list_cells(contrasts)[:MAX_COMPARISONS], notes, strict=False):
             if note:
                 console.info(f"{cells['condition']}, {cells['context']}: {note}")
@@ -109,7 +110,7 @@ def make_claims_table(
 
 
 def _format_result(record: dict[str, Any]) -> str:
-    """Return, for example, "282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 more"."""
+    """Return, for example, "282.4 [212, 293.2], p 1.9e-08, A12 0.95 (claim of the paper)"."""
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:
@@ -131,7 +132,10 @@ def _format_result(record: dict[str, Any]) -> str:
 
 
 def make_variants_table(multiverse: Multiverse) -> Table:
-    """Return the verdict of each claim under each variant that changes at most one choice."""
+    """Return a table of the variants with at most one changed choice, and the verdicts of claims.
+
+    "hold" is the number of claims that hold, and "distance" the distance from the paper.
+    """
     table = Table(
         title="Every variant of the paper",
         title_style="bold",
