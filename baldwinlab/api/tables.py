@@ -132,16 +132,14 @@ def _format_result(record: dict[str, Any]) -> str:
 
 
 def make_variants_table(multiverse: Multiverse) -> Table:
-    """Return a table of the variants with at most one changed choice, and the verdicts of claims.
-
-    "hold" is the number of claims that hold, and "distance" the distance from the paper.
-    """
+    """Return the verdict of each claim under each variant that changes at most one choice."""
     table = Table(
         title="Every variant of the paper",
         title_style="bold",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
+    # "hold": number of claims that hold. "distance": distance of the results from the paper.
     for heading in ("variant", *(claim.id for claim in multiverse.claims), "hold"):
         table.add_column(heading, no_wrap=True)
     table.add_column("distance", justify="right")
