@@ -42,7 +42,7 @@ def draw_parents(
 def draw_generations(
     experiment: Experiment, fitness: Any, rounds: int, lifetimes: Lifetimes | None = None
 ) -> npt.NDArray[np.int32]:
-    """Return the parents of many generations that are bred from one, [round, child, 2]."""
+    """Return the parents [round, child, 2] of many generations from the same population."""
     return np.stack(
         [
             draw_parents(experiment, fitness, generation, lifetimes)
@@ -54,7 +54,7 @@ def draw_generations(
 def count_parents(
     experiment: Experiment, fitness: Any, rounds: int, lifetimes: Lifetimes | None = None
 ) -> npt.NDArray[np.int64]:
-    """Return how often each agent is a parent, [round, agent]."""
+    """Return how often each agent is a parent in each round, [round, agent]."""
     parents = draw_generations(experiment, fitness, rounds, lifetimes)
     return np.stack([np.bincount(drawn.ravel(), minlength=len(fitness)) for drawn in parents])
 

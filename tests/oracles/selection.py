@@ -1,4 +1,7 @@
-"""Oracles in plain Python: selections."""
+"""Oracles in plain Python: selections.
+
+An oracle returns the indices of the two parents of each child. `uniforms` is [child][2][4].
+"""
 
 from __future__ import annotations
 
@@ -171,7 +174,7 @@ def choose_mutant_fixation(part: Any, generation: Any) -> Any:
 
 
 def _sort_from_fittest(generation: Any, tie: int) -> list[int]:
-    """Return the agents from the fittest on. Their random number `tie` orders equal agents."""
+    """Return the agents, the fittest first. The random number `tie` orders equal agents."""
     return sorted(
         range(len(generation.fitness)),
         key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][tie]),
@@ -183,7 +186,7 @@ def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
     sums = _sum_shares(shares)
 
     def draw_agent(draw: float) -> int:
-        # A product can round up to the sum.
+        # A product can round up to the sum. Then no end is larger, and the last agent is selected.
         ends = (agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
         return next(ends, len(sums) - 1)
 
@@ -192,6 +195,6 @@ def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
 
 
 def _sum_shares(shares: Sequence[float]) -> list[float]:
-    """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
+    """Return the cumulative sums of `shares`. If all are 0, each share counts as 1."""
     effective_shares = shares if any(shares) else [1.0 for _ in shares]
     return list(accumulate(effective_shares))

@@ -34,8 +34,8 @@ class Elements(NamedTuple):
     weights : array of shape (element,)
         Contribution of each element to fitness, if it is right.
     prerequisites : sequence of int
-        Number of the element that each element needs, counted from 1; 0 for none. It is smaller
-        than the number of the element.
+        Number of the element that an element needs, from 1, or 0 for none. An element needs only
+        elements with smaller numbers.
     """
 
     success_probabilities: npt.ArrayLike
