@@ -1,4 +1,4 @@
-"""Read the genomes of stored agents as labeled arrays, and evaluate their networks."""
+"""Read the genomes of stored agents as labeled arrays, and evaluate the networks of agents."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def compete(
     """Simulate the agents of two genome files in one population, and compare their energy.
 
     Half of a population has genomes of A, half of B. Each life is simulated twice with the same
-    random numbers: in the second simulation, A and B have exchanged their birthplaces. The files
+    random numbers: in the second simulation, A and B have exchanged the birthplaces. The files
     can have any number of agents. Each life takes the next agents of both files. The first agent of
     a file follows after the last agent.
 
@@ -112,7 +112,7 @@ def compete(
     chosen = choose_experiment(stored_a, path_a, experiment)
     setting = chosen
     if experiment is None:
-        # The agents of A compete with the settings of their generation.
+        # The settings are those of the generation in which A was frozen.
         setting = chosen.at(_find_generation(stored_a))
         _require_same_agents(setting, stored_b, path_b)
     # A stored genome has the modules of all generations, so it is read with `chosen`.

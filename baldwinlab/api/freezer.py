@@ -96,8 +96,8 @@ def freeze(
     agent
         Index of an agent, from 0. The default is all agents.
     out
-        Path of the genome file, which ends in .nc. The file has the genomes at birth, their
-        experiment, and their origin: condition, seed, generation and runs.
+        Path of the genome file, which ends in .nc. The file has the genomes at birth, the
+        experiment, and the origin of the genomes: condition, seed, generation and runs.
     force
         Overwrite a file that this function did not write.
 

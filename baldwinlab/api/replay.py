@@ -42,8 +42,8 @@ def replay(
         An experiment from `load`, a preset or an experiment file. With `genome`, the default is the
         experiment of the genome file; a .npy file has none.
     genome
-        Genome file of `freeze` (.nc), or an array of NumPy (.npy), whose agents are simulated. By
-        default the agents are those of the experiment, which evolve to the generation.
+        Genome file of `freeze` (.nc), or array of NumPy (.npy), with the agents to simulate. By
+        default, the population of the experiment evolves to the generation.
     map
         With `genome`: name of a map, which replaces the world of the experiment.
     set

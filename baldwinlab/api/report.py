@@ -109,7 +109,7 @@ def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None)
 def _show_results(study: StudyStore, published: Published, page: Path) -> None:
     """Print the comparisons of the conditions and the claims.
 
-    A study of a paper whose claims have verdicts is printed without comparisons.
+    If a study of a paper has verdicts of claims, the comparisons are not printed.
     """
     has_verdicts = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
     if not (study.paper and has_verdicts):

@@ -1,4 +1,4 @@
-"""Reproduce a paper: its conditions, its assays and its report. Or reproduce all papers."""
+"""Reproduce one paper or all papers: run the conditions and assays, and write the report."""
 
 from __future__ import annotations
 
@@ -261,7 +261,7 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
     runs = request.runs or (design.quick.runs if request.is_quick else paper.metadata.runs)
     if request.is_quick:
         design = design.shorten()
-    # The confirmation uses the runs that follow those of the design's tuning.
+    # Runs after `design.tuning.runs` belong to the confirmation.
     tuning_runs = min(runs, design.tuning.runs)
     return StagedReproduction(
         paper,

@@ -1,4 +1,4 @@
-"""Create, open or extend a study and run its missing runs and assays, with a progress bar."""
+"""Create, open or extend a study. Run the missing runs and assays with a progress bar."""
 
 from __future__ import annotations
 

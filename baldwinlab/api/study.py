@@ -126,7 +126,7 @@ class Study(StudyRuns):
         Returns
         -------
         xarray.Dataset
-            The variables of the assay, with their units and meanings in `attrs`. Without
+            The variables of the assay. `attrs` of a variable has the unit and meaning. Without
             `condition` it has the dimension `condition`, with the conditions to which the assay
             applies.
 
@@ -180,7 +180,7 @@ class Study(StudyRuns):
             - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for
               foragers).
             - `effect`: median of `condition_a` minus median of `condition_b`, in the same unit;
-              `low`, `high`: its 95 % bootstrap interval.
+              `low`, `high`: 95 % bootstrap interval of `effect`.
             - `u`, `p`: statistic and two-sided p-value of the Mann-Whitney test.
             - `p_holm`: p-value corrected for all rows by Holm's method.
             - `a12`: probability that a run of `condition_a` exceeds one of `condition_b`, 0 to 1.

@@ -169,7 +169,7 @@ def check_part(
     Raises
     ------
     ArgumentError
-        For an unknown requirement, a seed outside its limits, or a class that cannot be imported.
+        A requirement is unknown, the seed is out of range, or a class cannot be imported.
     """
     return list(iterate_findings(part, requirements, seed))
 

@@ -1,4 +1,4 @@
-"""Compare the parts of reproduction with their oracles, which use plain lists.
+"""Compare the parts of reproduction with oracles, which use lists and plain Python.
 
 `declarations.ORACLES` has the arguments and the result of each oracle.
 """

@@ -1,4 +1,4 @@
-"""Groups of parts, the small worlds in which they are checked, and the arguments of their hooks.
+"""Groups of parts, small worlds for the checks of a group, and arguments of hooks.
 
 The world of a group is map A of the paper. The agents start near each other and near the food, so
 that the parts are used. The cases of a group are experiments with different numbers of agents,
@@ -63,7 +63,7 @@ LEARNING_RATE: Final = 0.5
 ITEM_FEATURE: Final = "patches"
 """A world feature that adds items."""
 RULE_OF_MODULES: Final = {1: "none", 2: "self-taught"}
-"""Learning rules, by the number of modules of their genomes."""
+"""Learning rules, by the number of modules in the genome of a learner."""
 POPULATION_SIZES: Final = (1, 2, 17, 20)
 """Numbers of agents for models other than MiniWorld."""
 

@@ -1,4 +1,4 @@
-"""Compare the compiled hooks of parts with their oracles, step by step in small random worlds."""
+"""Compare compiled hooks with the oracles of the parts, step by step in small random worlds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from baldwinlab.parts.world_features import LineOfSight
 MOVED_VARIABLES = ("x", "y", "heading", "action")
 """Variables of an agent that a body changes."""
 EARLIER_VARIABLES = ("hidden", "eaten_in_life", "gained_in_life", "rate")
-"""Variables of an agent that oracles get with their values before the step."""
+"""Variables of an agent. An oracle gets the values before the step."""
 TOLERANCE: Final = 1e-5
 """Tolerance of float32 relative to float64, for weights and outputs of about 1."""
 POSITION_TOLERANCE: Final = 1e-3
@@ -43,7 +43,7 @@ class Step(NamedTuple):
     """A step of a lifetime."""
 
     number: int
-    sensing: list[Agent]  # The agents with the positions at which they sensed.
+    sensing: list[Agent]  # The agents at the positions before the step, where they sensed.
     learning: list[Agent]  # The agents with the positions after the step.
     weights: npt.NDArray[np.float32]  # Weights after the step, [agent, weight].
     items: list[Item]

@@ -231,7 +231,7 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
     argument, *fields = OUTPUT_ARRAYS[hook].split(".")
     output = reduce(getattr, fields, values[argument])
     if hook in VARIATION_HOOKS and part.genes:
-        # A variation with genes reads those of the child, the last entries of the first module.
+        # A variation with genes reads the genes of the child, the last entries of the first module.
         children = np.asarray(output)
         first_gene = values["part"].first_gene
         return {"first module": children[..., 0, :first_gene], "modules": children[..., 1:, :]}
@@ -336,7 +336,7 @@ def _find_failure(group: PartGroup, outcomes: Sequence[Outcome]) -> Outcome:
         return failed[0]
     reads = dict.fromkeys(outcome["read"] for outcome in outcomes if outcome.get("read"))
     hint = f"{'; '.join(reads)}: read before it was written" if reads else ""
-    # The group fails under some of the patterns, so its results depend on the pattern.
+    # The group fails under some patterns, so the results depend on unwritten memory.
     if failed:
         message = failed[0].get("bounds") or failed[0]["unwritten"]
         return {"unwritten": f"{hint}; therefore {message}" if hint else message}

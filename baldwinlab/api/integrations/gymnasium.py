@@ -1,6 +1,6 @@
 """Worlds of foragers as environments of Gymnasium.
 
-Observations, actions, rewards and episodes are those of `baldwinlab.api.integrations.pettingzoo`.
+Observations, actions, rewards and episodes are as in `baldwinlab.api.integrations.pettingzoo`.
 
 References
 ----------
@@ -182,7 +182,7 @@ def single_env(
     Returns
     -------
     gymnasium.Env
-        The environment. Observations, rewards and resets are those of `parallel_env`.
+        The environment. Observations, rewards and resets are as in `parallel_env`.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def vector_env(
     Returns
     -------
     gymnasium.vector.VectorEnv
-        `worlds` times `population.size` environments. Observations, rewards and resets are those of
+        `worlds` times `population.size` environments. Observations, rewards and resets are as in
         `parallel_env`.
 
     Raises

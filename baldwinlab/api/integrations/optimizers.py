@@ -152,7 +152,7 @@ class Problem:
         Raises
         ------
         RefusedError
-            The genomes have another shape, hold a number that is not finite, or do not fill their
+            The genomes have another shape, contain a number that is not finite, or do not fill all
             worlds.
         ArgumentError
             The generation is out of range.

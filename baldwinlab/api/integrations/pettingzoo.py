@@ -1,9 +1,9 @@
 """Worlds of foragers as environments of PettingZoo.
 
-An observation is the inputs of an agent, an action is one of its actions, and the reward is the
-energy that the agent eats in a step. A lifetime is an episode of fixed length. The same seed gives
-the same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` starts
-the next generation.
+An observation is the inputs of an agent, an action is one action of the agent, and the reward is
+the energy that the agent eats in a step. A lifetime is an episode of fixed length. The same seed
+gives the same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()`
+starts the next generation.
 
 References
 ----------
