@@ -50,10 +50,10 @@ class Item:
 
 
 Reappear = Callable[[Item], None]
-"""Moves an eaten item to a new position."""
+"""A function that moves an eaten item to a new position."""
 
 ActNoisily = Callable[[Agent], None]
-"""Action noise: replaces some chosen actions by random ones."""
+"""A function for action noise, which replaces some chosen actions by random actions."""
 
 
 # "The Simulated World of Foods and Agents"

@@ -1,4 +1,4 @@
-"""Small files in place of figures, for tests of pages whose figures other tests draw."""
+"""Small files in place of figures, for tests of pages. Other tests draw the figures."""
 
 from __future__ import annotations
 

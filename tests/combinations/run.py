@@ -70,7 +70,7 @@ def disable_all_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def poison_newborns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Poison the arrays of an agent that dies, before the birth writes those of the newborn."""
+    """Poison the arrays of an agent that dies, before the birth of the newborn writes them."""
 
     def replace_poisoned(model: Any, state: Any, world: int, agent: int, number: int) -> None:
         lane = world * model.agents + agent

@@ -15,7 +15,7 @@ OPERATIONS = {0x20: "multiply", 0x21: "add", 0x23: "fused multiply-add"}
 def compile_kernel(kernel: Any, arguments: tuple[Any, ...]) -> Any:
     """Return the code library of a kernel for the device of the fixture `h200`.
 
-    The options are those of the kernel. `numba.cuda.compile_ptx` would not use them.
+    The options of the kernel are used, which `numba.cuda.compile_ptx` would not do.
     """
     from numba.cuda.dispatcher import _Kernel
 

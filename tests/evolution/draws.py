@@ -1,4 +1,4 @@
-"""Draws of parents by selections, and their comparison with theory."""
+"""Draws of parents by selections, for comparisons with theoretical frequencies."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def count_parents(
 
 
 def require_frequencies(counts: npt.NDArray[Any], shares: Any) -> None:
-    """Require that numbers of draws agree with probabilities in proportion to `shares`."""
+    """Require that counts of draws agree with probabilities in proportion to `shares`."""
     expected = np.asarray(shares, float) / np.sum(shares) * counts.sum()
     possible = expected > 0
     assert (counts[~possible] == 0).all()

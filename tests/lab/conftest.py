@@ -1,4 +1,4 @@
-"""Servers with small studies, and browser pages whose errors fail the test."""
+"""Servers with small studies, and browser pages. An error of a page fails the test."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
 
 @pytest.fixture(scope="module")
 def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """Yield a server with the study `small` and with two genome files of its run 0."""
+    """Yield a server with the study `small`, and with two genome files of run 0 of this study."""
     root = tmp_path_factory.mktemp("freezer")
     make_small_study(root / "small", runs=2)
     for generation in (0, 2):

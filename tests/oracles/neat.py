@@ -262,7 +262,7 @@ def _split_link(genes: Genes, number: int, innovations: _Innovations) -> None:
 
 
 def _cross(part: Any, genes: Genes, mate_genes: Genes, draws: Any) -> None:
-    """Cross the genes of a child with those of its second parent."""
+    """Cross the genes of a child (a copy of the first parent) with those of the second parent."""
     for (number, gene), draw in zip(sorted(genes.items()), draws, strict=False):
         disabled = not gene[3] or (number in mate_genes and not mate_genes[number][3])
         if number in mate_genes and draw[0] >= 0.5:
@@ -291,7 +291,7 @@ def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]
 def _make_heads(
     part: Any, genome: Any, fitness: Any, offspring: list[Genes], draws: Any, last_innovation: int
 ) -> list[list[float]]:
-    """Return the heads of the children's genomes, with the status of their species."""
+    """Return the head of each child's genome, with the number and status of a species."""
     all_species = _species_status(genome, fitness)
     population_best, population_stale = _population_status(genome, fitness)
     # Number, representative, best fitness, and generations without improvement.

@@ -1,7 +1,7 @@
 """Oracles of built-in parts: the same rules in plain Python, written without the engine.
 
-A custom part contains its oracle, with which `baldwinlab check` compares it. The oracles of
-built-in parts are only for tests.
+A custom part contains an oracle, and `baldwinlab check` compares the two. Oracles of built-in parts
+are only for tests.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def find_oracle(part: Any) -> Callable[..., Any]:
 
 @contextmanager
 def use_oracles() -> Iterator[None]:
-    """Give all built-in parts their oracles, as custom parts have them."""
+    """Add oracles to all built-in parts, in the same way as custom parts have oracles."""
     for part, oracle in BUILT_IN_ORACLES.items():
         part.oracle = staticmethod(oracle)
     try:

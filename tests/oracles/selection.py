@@ -67,7 +67,7 @@ def choose_tournament(part: Any, generation: Any) -> Any:
         agents = [int(draw * len(generation.fitness)) for draw in draws]
         return max(agents, key=lambda agent: generation.fitness[agent])
 
-    # The first two numbers select the first parent, the next two the second parent.
+    # The first two random numbers select the first parent, and the next two the second parent.
     return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in generation.uniforms]
 
 
@@ -151,7 +151,7 @@ def choose_outcrossing(part: Any, generation: Any) -> Any:
         first = draw_agent(shares, first_draw)
         second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
         if not any(second_shares):
-            # Only a single agent can be its own mate.
+            # An agent mates with itself only if it is the only agent.
             second_shares = [
                 float(agent != first or len(shares) == 1) for agent in range(len(shares))
             ]

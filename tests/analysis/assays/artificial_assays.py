@@ -134,7 +134,7 @@ def innate(
 def neutral(
     condition: str, evolved: Sequence[float], control: Sequence[float], runs: int = RUNS
 ) -> xr.Dataset:
-    """Make the neutral assay from the energy of evolved newborns and of their neutral control.
+    """Make the neutral assay from the energy of evolved newborns and of the neutral control.
 
     `evolved` and `control` have two values: without learning, and with learning.
     """
