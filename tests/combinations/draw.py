@@ -100,7 +100,7 @@ def draw_random(count: int, seed: int) -> Iterator[Settings]:
 
 
 def make_experiment(row: Settings) -> Any:
-    """Return the experiment of a row, with short lifetimes and without unused settings.
+    """Return the experiment of a row with short lifetimes, without settings that have no effect.
 
     Raises
     ------

@@ -62,7 +62,7 @@ LIBM_SYMBOL: Final = re.compile(
 )
 RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 BASELINES: Final = {"learning rule": "self-taught"}
-"""The built-in part to compare with; by default, the first one of the kind."""
+"""The built-in part for comparing speed, by kind of part. Default: the first part of the kind."""
 N_ROUNDS: Final = 5
 TESTED_AGENT: Final = 2
 """Index of the agent for which the hooks run."""

@@ -50,7 +50,7 @@ def study(
     for number, (name, values) in enumerate(eaten.items()):
         food[number, : len(values)] = np.reshape(list(values), (-1, 1, 1))
         if name == "evo+self-taught/B":
-            food[number, : len(values), : generations // 2, :hungry] *= 0
+            food[number, : len(values), : generations // 2, :hungry] *= 0  # NaN remains NaN.
     dims = ("condition", "run", "generation", "agent")
     coords = {
         "condition": list(eaten),
