@@ -49,7 +49,7 @@ class AtlasMap(DeclaredTable):
 
     @property
     def complete_description(self) -> str:
-        """Return the description, which says whether the claims use the map."""
+        """Return the description, with a note if the claims do not use the map."""
         if not self.is_exploratory:
             return self.description
         return (

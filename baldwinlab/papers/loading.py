@@ -1,4 +1,4 @@
-"""Reading and validation of the TOML files of a paper. An error is a sentence with the file's path."""
+"""Reading and validation of the TOML files of a paper. An error is one sentence with the path."""
 
 from __future__ import annotations
 
