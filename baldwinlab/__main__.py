@@ -95,7 +95,7 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
 
 
 def _start_timer() -> None:
-    # The timer repeats, because an alarm may be lost if another signal arrives with it.
+    # The timer repeats, because an alarm may be lost if another signal arrives at the same time.
     signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)
 
 

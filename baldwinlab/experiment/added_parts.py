@@ -172,6 +172,7 @@ def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, A
 def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
     fields = choosing_fields(experiment.__class__)
+    # The sort is stable, so the parts with rank 0 keep the order of the fields.
     ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
     for path, kind, _ in ordered_fields:
         # The genes of a model are not genes of parts: the model counts them as weights.

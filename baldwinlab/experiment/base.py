@@ -1,4 +1,4 @@
-"""Base class of the experiments of all models, and their validation.
+"""Base class of the experiments of all models, and the validation of experiments.
 
 The class of an experiment depends on the chosen parts: `class_builder` adds a table for each part
 with settings. With the selection "larger-tournament", this table is `evolution.larger_tournament`.
@@ -160,7 +160,7 @@ class BaseExperiment(HashedFields):
 
     @property
     def model_part(self) -> Any:
-        """The model with its settings. Raises ExperimentError if its part is not loaded."""
+        """The model with its settings. Raises ExperimentError if the model is not loaded."""
         return self.part("model")
 
     @property
@@ -172,7 +172,7 @@ class BaseExperiment(HashedFields):
 
     @property
     def measures(self) -> Mapping[str, Measure] | None:
-        """Measures of a run of this experiment, or None if its model is not loaded."""
+        """Measures of a run of this experiment, or None if the model is not loaded."""
         species_measures = SPECIES_MEASURES if self.population.species else {}
         if self.model == "miniworld":
             return species_measures
@@ -398,7 +398,7 @@ def _restore(
 
 
 def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
-    """Return the experiment of a tree, without the checks of its parts."""
+    """Return the experiment of a tree. The parts do not check the experiment yet."""
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
         raise ExperimentError(

@@ -77,7 +77,7 @@ def _make_control_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
 
 
 def _shared_settings(experiment: BaseExperiment) -> dict[str, Any]:
-    """Return the settings of a control that must be equal to those of the learner's control."""
+    """Return the settings of a control that determine whether two controls are equal."""
     tree = experiment.to_dict()
     # The name differs. `lamarckian_share` has no effect without learning, so it may differ.
     return tree | {"name": "", "evolution": tree["evolution"] | {"lamarckian_share": 0.0}}

@@ -149,7 +149,7 @@ def to_plain_data(value: Any) -> Any:
         return {key: to_plain_data(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [to_plain_data(entry) for entry in value]
-    # NumPy takes a while to load, so its types are recognized by their method.
+    # NumPy takes a while to load, so a method identifies the types of NumPy without an import.
     if hasattr(value, "tolist"):
         return value.tolist()
     return str(value) if isinstance(value, PurePath) else value

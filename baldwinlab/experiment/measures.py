@@ -86,7 +86,7 @@ def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
 
 
 def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
-    """Return the generation [run] in which the first species is lost or fixed; NaN if it is not."""
+    """Return the generation [run] in which the first species is lost or fixed, or NaN."""
     share = compute_first_species_share(runs)
     return first_generation((share == 0) | (share == 1))
 

@@ -22,7 +22,7 @@ def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
 
     `meaning`: meaning of the recorded variable `energy`, or "" if the conditions have different
     ones. Foragers have "items eaten" if each item gives 1 and nothing costs energy, else "energy".
-    A model without food has its `meaning`. If a part defines the fitness, it is "fitness".
+    A model without food has the name `meaning`. A fitness that a part defines is "fitness".
     """
     if not meaning or meaning.startswith(FITNESS + " "):
         return FITNESS

@@ -1,4 +1,4 @@
-"""Names of the parts of each kind, and the modules of their classes.
+"""Names of the parts of each kind, and the module of the class of each part.
 
 The names of the parts of the package are available before the modules are loaded, so that reading
 an experiment does not load the engine. A custom part is registered when its class is created.
@@ -214,7 +214,7 @@ def custom_parts() -> dict[tuple[str, str], type]:
 
 
 def find_class(kind: str, name: str) -> Any:
-    """Return the class of a part. Raises KeyError if it does not exist."""
+    """Return the class of a part. Raises KeyError if there is no such part."""
     if name in _CUSTOM_PARTS[kind]:
         return _CUSTOM_PARTS[kind][name]
     return _import_class(BUILT_IN[kind].get(name) or LIBRARY[kind][name])

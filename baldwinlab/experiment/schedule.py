@@ -92,7 +92,7 @@ def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
 
 @lru_cache(maxsize=256)
 def apply_changes(experiment: Any, n_changes: int) -> Any:
-    """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
+    """Return an experiment after the first `n_changes` scheduled changes, without a schedule."""
     changes = [change.settings for change in experiment.schedule[:n_changes]]
     return experiment.replace(schedule=[], **nest_settings(combine_settings(changes)))
 

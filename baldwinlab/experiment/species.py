@@ -261,9 +261,9 @@ def normalize_species(experiment: Any) -> list[dict[str, Any]]:
 
 
 def _normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of a species with the values of its validated experiment.
+    """Return the settings of a species with the values in `tree`, the validated experiment.
 
-    The validated value of a data file, for example, has its hash.
+    For example, the validated value of a data file has a hash.
     """
     normalized = {}
     for name, value in settings.items():

@@ -27,7 +27,7 @@ FIXATION: Final = "fixation"
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the unused settings of an experiment by path, each with the reason."""
     if members := experiment.species_experiments():
-        # A setting is unused only if all species do not use it.
+        # A setting is unused only if no species uses the setting.
         first_reasons, *other_reasons = [list_unused_settings(member) for member in members]
         unused = {}
         for path, reason in first_reasons.items():
@@ -47,7 +47,7 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
 
 
 def _unused_stop(experiment: BaseExperiment) -> dict[str, str]:
-    """Return `evolution.stop` with the reason if it waits for a fixation that cannot occur."""
+    """Return `evolution.stop` with the reason if it stops at a fixation, which cannot occur."""
     if experiment.evolution.stop != FIXATION:
         return {}
     if not experiment.population.species:
@@ -59,7 +59,7 @@ def _unused_stop(experiment: BaseExperiment) -> dict[str, str]:
 def list_changed_unused_settings(
     experiment: BaseExperiment, origin: BaseExperiment | None = None
 ) -> dict[str, str]:
-    """Return the unused settings whose values differ from those of the origin, with the reasons.
+    """Return the unused settings with other values than the origin, each with the reason.
 
     Without an origin, the values are compared with the defaults.
     """

@@ -28,7 +28,7 @@ MAX_QUEUED_RESPONSES = 4
 MAX_CACHE_BYTES = 128 * 2**20
 # The parameters of a request, by name.
 Query = Mapping[str, str]
-# Larger numbers are rejected before they are parsed.
+# A number with more digits is rejected before Python parses the text.
 MAX_DIGITS: Final = 11
 
 

@@ -1,4 +1,4 @@
-"""The papers of baldwinlab, one folder each, and custom papers in any folder, with their checks.
+"""The papers of baldwinlab, one folder each, custom papers in any folder, and checks of papers.
 
 A paper is data without code: experiments, claims and texts. A study of a paper contains the name of
 the paper in `study.toml`, and a copy of a custom paper in `DIR/paper`, so that the report can be

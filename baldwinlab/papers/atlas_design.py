@@ -76,7 +76,7 @@ class AtlasClaim(DeclaredTable):
 
     @property
     def complete_rule(self) -> str:
-        """Return the rule with its numbers."""
+        """Return the text of the rule with numbers in place of the names in braces."""
         numbers = {name: f"{number:g}" for name, number in self.bounds.items()}
         return self.rule.format_map(numbers)
 

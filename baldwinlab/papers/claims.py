@@ -119,7 +119,7 @@ class ClaimComparison(DeclaredTable):
 
     @property
     def reference(self) -> str:
-        """Return the name of the condition or bound with which `a` is compared."""
+        """Return the name of `b`, or the bound as text: `a` is compared with one of them."""
         if not self.b:
             return self.limit
         return f"{self.a}, first generations" if self.b == FIRST_GENERATIONS else self.b
@@ -209,7 +209,7 @@ class _Claims(DeclaredTable):
 
 
 def read_claims(path: Path) -> tuple[Claim, ...]:
-    """Return the claims in a file; an empty tuple if it does not exist. Raises PaperError."""
+    """Return the claims in a file, or () if there is no file. Raises PaperError."""
     if not path.exists():
         return ()
     tree = read_tables(path)

@@ -71,7 +71,7 @@ class ReportTexts(DeclaredTable):
     heading: str = ""
     # The question that the study answers, as the first line of the report.
     question: str = ""
-    # Additions to the captions of figures, by figure. They compare it with a figure of the paper.
+    # By figure: a sentence after the caption that compares the figure with one of the paper.
     captions: Mapping[str, str] = Field(default_factory=dict)
     inference: Inference | None = None
 
@@ -279,7 +279,7 @@ class Paper:
         )
 
     def missing_map_error(self, name: str) -> ExperimentError:
-        """Return the error for a name without its map."""
+        """Return the error for a condition without a map, with the possible maps."""
         maps = self.metadata.maps or self.names("maps")
         return ExperimentError(
             f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}"

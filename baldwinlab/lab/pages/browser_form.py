@@ -1,4 +1,4 @@
-"""The form of an exported page: its JSON schema, rules between two fields, and refused settings.
+"""The form of an exported page: JSON schema, rules between two fields, and refused settings.
 
 A page contains compiled modules. The memory layout of a module (`ModuleLayout`) contains the path
 of each setting that the module reads at run time. Any other setting is a constant in the module.
@@ -52,7 +52,7 @@ def require_browser_settings(experiment: Experiment) -> None:
 def list_read_settings(experiment: Experiment) -> frozenset[str]:
     """Return the paths of the settings that a page reads at run time, or that select a module.
 
-    A list of tables, such as `world.food`, is included if the module reads its columns.
+    A list of tables, such as `world.food`, is included if the module reads fields of the tables.
     """
     module_experiment = _find_module_experiment(experiment)
     selecting_paths = MODULE_SETTINGS if module_experiment is not experiment else ()

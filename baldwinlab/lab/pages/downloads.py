@@ -185,7 +185,7 @@ def link_lifetimes(page: str, study_name: str) -> str:
 
 
 def find_report(lab: Lab, name: str) -> Path:
-    """Return the path of STUDY/report.html or of one of its figures, STUDY/figures/NAME."""
+    """Return the path of a report, STUDY/report.html, or of a figure, STUDY/figures/NAME."""
     match = _REPORT_PATH.fullmatch(name)
     if match is None:
         raise MissingError(f"there is no {name} here")

@@ -61,7 +61,7 @@ def _render_frame(trace: xr.Dataset) -> str:
 
 
 def make_panel(trace: xr.Dataset) -> dict[str, Any]:
-    """Return a recorded lifetime for the player, with the command that repeats it."""
+    """Return a recorded lifetime for the player, with the command that simulates it again."""
     run = trace.attrs["run"]
     generation = trace.attrs["generation"]
     command = (

@@ -106,7 +106,7 @@ MAX_GENERATIONS_PER_MESSAGE: Final = 500
 
 
 async def _send(websocket: WebSocket, message: dict[str, Any]) -> None:
-    """Send a message. Raise TimeoutError if the page does not read it."""
+    """Send a message. Raise TimeoutError if the page does not read the message in time."""
     with anyio.fail_after(CLIENT_TIMEOUT):
         await websocket.send_json(message)
 

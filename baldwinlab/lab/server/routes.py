@@ -91,7 +91,7 @@ class Endpoint(NamedTuple):
         return Route(f"/api/{self.path}", respond, methods=[self.method])
 
     async def _read_values(self, request: Request) -> Mapping[str, Any]:
-        """Return the parameters or fields of a request, and the values in its path."""
+        """Return the parameters or fields of a request, and the values in the path."""
         has_body = self.method == "POST"
         values: Mapping[str, Any] = request.query_params
         _require_known_names(request, "parameter", values, () if has_body else self.names)
@@ -101,7 +101,7 @@ class Endpoint(NamedTuple):
 
 
 def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
-    """Return all requests of the page, in the order of its tabs."""
+    """Return all requests of the page, in the order of the page's tabs."""
     # `get`: small response. `load`: large JSON or a file. `load_container`: large binary response.
     # `post`: status 200. `create`: status 201.
     get = Endpoint

@@ -280,7 +280,7 @@ def make_frames(
     The response can have fewer frames than requested, or none, because it is sent after a limited
     time. `simulated` in the header is the number of simulated steps.
 
-    The container (`binary_frames.pack`) has these arrays. The window is that of the request.
+    The container (`binary_frames.pack`) has these arrays. The request has chosen the window.
 
     - eaten, eaters: uint32 [frame], the number of items eaten before the step, and the number of
       agents that ate them.

@@ -159,6 +159,7 @@ def _list_siblings(parents: Parents, agent: int) -> list[int]:
     # A negative index means that an agent has no parent.
     if parents[agent].min() < 0:
         return []
+    # [agent]: number of shared parents, 0 to 2. The stable sort keeps the order of equal agents.
     n_shared = np.isin(parents, parents[agent]).sum(axis=1)
     n_shared[agent] = 0
     order = np.argsort(-n_shared, kind="stable")

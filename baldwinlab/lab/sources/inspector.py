@@ -320,7 +320,8 @@ def _find_relatives(
     parents = None
     teachers = None
     children = list[int]()
-    # The agents were selected with the settings of the previous generation.
+    # The settings that selected the agents, and those that select the children. Generation 0 has no
+    # previous generation.
     settings = [experiment.at(max(0, key.generation - 1)), experiment.at(key.generation)]
     if experiment.births_in_life or any(map(selects_by_lifetimes, settings)):
         return {"parents": parents, "teachers": teachers, "children": children}
@@ -339,7 +340,7 @@ def _find_parents(life: Life, start: StartData) -> Parents:
     if start.parents is not None:
         return np.asarray(start.parents.values[key.generation])
     assert start.fitness is not None
-    # The selection may depend on the genomes of the previous generation, from which it selects.
+    # The selection may depend on the genomes of the previous generation.
     genomes = recompute_genomes(life.experiment, key.previous(), start.fitness)
     fitness = start.fitness.values[key.generation - 1]
     _, parent_pairs = make_generation(life.experiment, key, genomes, fitness)

@@ -14,7 +14,7 @@ from baldwinlab.experiment.conditions import Factors
 from baldwinlab.lab import Lab, MissingError, Query, read_text
 from baldwinlab.papers import presets
 
-# Held while the presets are loaded, so that they are loaded once.
+# A thread that loads the presets holds this lock, so that two threads do not load them twice.
 _LOADING = Lock()
 
 

@@ -36,7 +36,7 @@ def list_study_names(root: Path) -> Iterator[str]:
     for folder, subfolders, files in os.walk(root):
         if "study.toml" in files:
             yield Path(folder).relative_to(root).as_posix()
-        # `os.walk` then visits the folders that remain in this list, in its order.
+        # `os.walk` then visits exactly the folders in this list, in the order of the list.
         subfolders[:] = sorted(
             name for name in subfolders if name != "runs" and not name.startswith(".")
         )
@@ -59,7 +59,7 @@ def find_study(lab: Lab, name: str) -> StudyStore:
 def _open_study(root: Path, directory: Path, modification_time: int) -> StudyStore:
     """Open a study and cache it until the modification time of `study.toml` changes.
 
-    The cache saves seconds for a study of thousands of conditions. The time is a part of its key.
+    For a study of thousands of conditions, the cache saves seconds.
     """
     try:
         study = StudyStore(directory)
@@ -135,7 +135,7 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
     try:
         return _summarize_readable(lab, find_study(lab, name), name)
     except BaldwinLabError as error:
-        # An unreadable study must not hide the others, so it has an entry, too.
+        # An unreadable study must not hide other studies, so the list has an entry for the error.
         return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
 
 
@@ -235,7 +235,7 @@ def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> st
 
 def _is_loaded(part: PartRecord) -> bool:
     """Return whether a part with the same source as the part of a study is loaded."""
-    # This import takes time, and a study without custom parts does not need it.
+    # Imported late, because a study without custom parts does not need this slow import.
     from baldwinlab.parts.loading import source_of
 
     try:
@@ -245,7 +245,7 @@ def _is_loaded(part: PartRecord) -> bool:
 
 
 def _find_source(lab: Lab, study: StudyStore, part: PartRecord) -> str:
-    """Return the path of the copy of a part's file in its study, or FILE without a copy."""
+    """Return the path of the copy of a part's file in a study, or FILE without such a copy."""
     path = stored_source(study.directory, part.kind, part.name)
     try:
         require_inside(lab.root, path)
