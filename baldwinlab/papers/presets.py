@@ -173,7 +173,7 @@ def _load_file(path: Path, derived_files: tuple[Path, ...] = ()) -> LoadedExperi
 
 
 def _load_base(base: Any, path: Path, derived_files: tuple[Path, ...]) -> Experiment:
-    """Load the base of the file `path`: a preset, or a file whose path is relative to `path`."""
+    """Load the base of the file `path`: a preset, or a file with a path relative to `path`."""
     location = f"{path}: base = {base!r}"
     if not isinstance(base, str):
         raise ExperimentError(f"{location}: must be the name of a preset or of a TOML file")

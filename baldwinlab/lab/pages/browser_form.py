@@ -218,7 +218,7 @@ def find_field(schema: Any, path: str) -> Any:
 
 
 def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
-    """Yield the fields whose values are constants in a module of added parts."""
+    """Yield the fields that are constants in a module of added parts."""
     network = type(experiment.part("network.kind"))
     # The page can check the size of a network only for the default layers.
     if network.layers is not Network.layers or network.has_graph_genomes:

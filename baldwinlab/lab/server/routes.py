@@ -212,7 +212,7 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
 
 
 async def _read_body(request: Request, names: Collection[str]) -> dict[str, Any]:
-    """Return the JSON body of a request, whose fields have these names."""
+    """Return the JSON body of a request. Raise ValueError for a field without one of `names`."""
     raw = bytearray()
     async for chunk in request.stream():
         raw += chunk

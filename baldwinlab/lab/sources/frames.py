@@ -76,7 +76,7 @@ class WorldCursor:
 
     @property
     def species(self) -> SpeciesIndices | None:
-        """The species of each agent [agent]. None without species, and before the first step."""
+        """The species of each agent [agent]. None without species, and before the first `read`."""
         return self._start.species if self._start else None
 
     def read(self, steps: Sequence[int], seconds: float) -> tuple[dict[int, Snapshot], int]:
@@ -106,7 +106,7 @@ class WorldCursor:
             stop = min(self._steps_done + piece, step)
             self._members[0].simulate(self._steps_done, stop)
             self._steps_done = stop
-            # At the requested step, a late snapshot costs no more time.
+            # At the requested step, the snapshot is stored even after the deadline.
             if time.monotonic() > deadline and stop < step:
                 return False
         self._store(step, _take_snapshot(self._members))

@@ -163,7 +163,7 @@ def _shorten_path(path: Path) -> str:
 
 @cache
 def _list_conditions(layout: str) -> tuple[str, ...]:
-    """Return the presets whose genomes have a layout, given as JSON of `describe_layout`."""
+    """Return the presets with genomes of a layout: the result of `describe_layout` as JSON."""
     return tuple(name for name in presets.factors() if _describe_preset(name) == layout)
 
 

@@ -1,6 +1,6 @@
-"""All live runs of a server, and the requests that start, list, stop, remove and save them.
+"""The live runs of a server, and the requests that start, list, stop, remove and save a live run.
 
-`live_run.py` simulates one of them. `responses.py` sends the progress to the pages that watch.
+`live_run.py` simulates a live run. `server/responses.py` sends the progress to the pages.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ class Live:
         excess_runs = len(self._runs) + 1 - MAX_STORED_RUNS
         removable = [run for run in self._runs.values() if run.has_ended and not run.n_watchers]
         runs_to_remove = []
-        # The stable sort puts saved runs first, and keeps the order of their start, because a
-        # dictionary has the order of insertion.
+        # False is less than True, so saved live runs come first. The stable sort keeps the order of
+        # starts, which is the order of the dictionary.
         for run in sorted(removable, key=lambda run: not run.saved_as):
             if excess_bytes > 0 or excess_runs > 0:
                 runs_to_remove.append(run)

@@ -144,7 +144,7 @@ class LiveRun:
     def stop(self) -> None:
         """Stop all runs. Pages can still show and save the finished generations."""
         self._is_stopping = True
-        # The thread can be in one of two waits: of a pause, or for the next generation.
+        # The thread can wait for the end of a pause, or for the start of the next generation.
         self._running.set()
         self._wake_up.set()
 

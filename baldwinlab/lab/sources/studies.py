@@ -100,7 +100,7 @@ def find_requested_condition(lab: Lab, query: Query) -> tuple[StudyStore, Experi
 
 
 def find_run(lab: Lab, query: Query) -> tuple[StudyStore, Experiment, int]:
-    """Return the study, the condition and the number of the stored run that a query names."""
+    """Return the study, the condition and the index of the stored run that a query names."""
     study, condition = find_requested_condition(lab, query)
     run = read_number(query, "run")
     require_run(lab, study, condition.name, run)

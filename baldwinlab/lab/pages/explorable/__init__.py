@@ -212,7 +212,7 @@ def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any
 
     In a text, "{food}" stands for the dial `food`, and any other name in braces for a value.
     """
-    # `split` returns words and names by turns, because the pattern has a group.
+    # `split` returns words and names alternately, because the pattern has a group.
     for index, piece in enumerate(_PLACEHOLDER.split(text)):
         if index % 2 == 0:
             yield {"words": piece}
