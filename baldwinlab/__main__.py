@@ -56,10 +56,7 @@ def _ignore_unusable_variables() -> None:
 
 
 def _open_missing_streams() -> None:
-    """Open /dev/null in place of closed standard streams.
-
-    Otherwise, a file of a study could get the number of a stream, and messages would go into it.
-    """
+    """Open /dev/null for closed standard streams, so that no file of a study takes their place."""
     for number, (name, mode) in enumerate([("stdin", "r"), ("stdout", "w"), ("stderr", "w")]):
         try:
             os.fstat(number)

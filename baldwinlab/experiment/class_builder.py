@@ -161,7 +161,7 @@ def make_class(base: Any, chosen: ChosenParts) -> Any:
 
 def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
     field_name, *further_steps = steps
-    # The type of the field, and the field or `...` for a required one.
+    # (type, default) of the field. The default `...` means that the field is required.
     declaration: Any
     if further_steps:
         inner_section: Any = section.model_fields[field_name].annotation

@@ -112,6 +112,7 @@ def combine_settings(changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         lists = (key for key, entry in combined.items() if isinstance(entry, list))
         changed_list = next((key for key in lists if path.startswith(f"{key}.")), "")
         if changed_list:
+            # The remaining path, such as ".0.count", begins with an empty step: the key "".
             tree = {"": deepcopy(combined[changed_list])}
             set_value(tree, path.removeprefix(changed_list), value)
             combined[changed_list] = tree[""]

@@ -122,8 +122,8 @@ def _is_compiled(experiment: Experiment, path: str, default: Any) -> bool:
     return plan != other_plan if plan else other_plan is None
 
 
-# Checks of the page: the number at `path` must be less than that at `than` (times `share`, if
-# given), or equal with `equal`. The classes of experiments have the same checks.
+# Checks of the page: the number at `path` must be less than the number at `than`, multiplied by
+# `share` if given. With `equal`, it can also be equal. The classes of experiments check the same.
 FIELD_RULES: Final = (
     {
         "path": "world.start.x",

@@ -173,6 +173,7 @@ def _record_species(
         {name: recorder.values for name, recorder in series.items()} for series in series_of_species
     ]
     inputs_of_species = [arrays.pop("sensor") for arrays in arrays_of_species]
+    # The agents of all species along the axis 1. `teacher` is missing unless all species have it.
     joined = {
         name: np.concatenate([arrays[name] for arrays in arrays_of_species], axis=1)
         for name in set.intersection(*({*arrays} for arrays in arrays_of_species))
