@@ -25,7 +25,7 @@ _FUNCTIONS_MODULE: Final = "baldwinlab.api.integrations.gymnasium"
 class _DeferredModule(ModuleType):
     """A module that is imported when an attribute of it is read.
 
-    The import system has a lock for each module, so several threads can read the first attribute.
+    Several threads may read attributes: the import system locks a module.
     """
 
     def __getattr__(self, name: str) -> Any:

@@ -49,7 +49,7 @@ def count_agents(species: SpeciesIndices, n_species: int) -> npt.NDArray[np.int6
 
 
 def list_founder_experiments(experiment: BaseExperiment) -> list[BaseExperiment]:
-    """Return the experiments that give the founders of each species.
+    """Return one experiment per species, from which the founders of the species are drawn.
 
     If selection acts across species, a child can have parents of two species. Founders then have
     all modules of the longest genome, and a species ignores the modules that it does not use.

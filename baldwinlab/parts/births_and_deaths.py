@@ -46,7 +46,7 @@ def die(model: Any, state: Any, world: int, agent: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] is set to 0.
+        Arrays that a step changes, and the compiled parts. `state.alive` [1, lane] is set to 0.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -66,7 +66,8 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] of the child is set to 1.
+        Arrays that a step changes, and the compiled parts. `state.alive` [1, lane] of the child
+        is set to 1.
     world : int
         Index of the world.
     first_parent, second_parent : int
@@ -90,7 +91,7 @@ def find_free_slot(model: Any, state: Any, world: int) -> int:
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
 

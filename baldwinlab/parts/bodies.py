@@ -26,7 +26,7 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : Lane
         Column of an agent, or a SIMD block.
     """
@@ -57,7 +57,7 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : Lane
         Column of an agent, or a SIMD block.
     """

@@ -35,7 +35,7 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     genes : array, float32 [gene, lane]
         Weights of all modules after the action module, in the order of the modules. Read only.
     lane : Lane
@@ -58,7 +58,7 @@ def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> Non
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
@@ -78,7 +78,7 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int
@@ -101,7 +101,7 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     step : int
         Step of the lifetime, from 0.
     lane : Lane
@@ -190,7 +190,7 @@ def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     synapse : Synapse
         The weight and its activations.
     lane : Lane
@@ -216,7 +216,7 @@ def change_synapse(part: Any, state: Any, synapse: Synapse, lane: Lane) -> None:
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     synapse : Synapse
         The weight and its activations.
     lane : Lane
@@ -236,7 +236,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
     part : NamedTuple
         The first argument of a hook of a `SynapticRule`.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     rate : float32, or a SIMD block
         Factor of the changes, for example `get(state.rate, 0, lane)`.
     lane : Lane
@@ -284,7 +284,7 @@ class SynapticRule(LearningRule):
         model : MiniWorldModel
             Constants of the lifetime. Read only.
         state : State
-            Arrays of the step, and the other parts.
+            Arrays that a step changes, and the compiled parts.
         step : int
             Step of the lifetime, from 0.
         lane : int, or a SIMD block

@@ -22,7 +22,7 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
 
@@ -49,7 +49,7 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
@@ -69,7 +69,7 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int

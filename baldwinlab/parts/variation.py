@@ -1,4 +1,4 @@
-"""The kind of part that creates the genomes of founders and children, and the hooks."""
+"""Variation, the kind of part that creates the genomes of founders and children, and its hooks."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def vary_population(part: Any, brood: Brood) -> None:
 
 @compiled
 def vary_children(part: Any, brood: Brood, first_child: int, end_child: int) -> None:
-    """Create the children of a range, as the default of `vary_population`."""
+    """Create the children `first_child` to `end_child` - 1, as the default `vary_population`."""
     genome = brood.genome
     parents = brood.parents
     draws = brood.draws

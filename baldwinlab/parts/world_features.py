@@ -25,7 +25,7 @@ def init_world(part: Any, model: Any, state: Any, world: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     """
@@ -135,7 +135,7 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int

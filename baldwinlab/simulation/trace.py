@@ -48,7 +48,7 @@ class _Member(NamedTuple):
 def trace_lifetime(
     experiment: Experiment, agents: Agents, key: GenerationKey, world: int
 ) -> xr.Dataset:
-    """Simulate a lifetime in the world with an index, and return the trace of its agents."""
+    """Simulate a lifetime in world `world`, and return the trace of its agents."""
     seed, run, generation = key
     settings = experiment.at(generation)
     agents_in_world = agents_of_world(settings, world)
@@ -76,7 +76,7 @@ def trace_lifetime(
 def _begin_lifetime(
     settings: Experiment, agents: Agents, key: GenerationKey, world: int
 ) -> list[_Member]:
-    """Return one member per species before the first step, or one member without species."""
+    """Prepare a lifetime. Return a member for each species, or a single member without species."""
     seed, run, generation = key
     if agents.species is None:
         batch = CpuBatch(settings, seed, [run], world=world)

@@ -102,7 +102,7 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[DrawnPopulati
 
 
 def compare_children(group: PartGroup, part: Any) -> None:
-    """Compare a variation of complete populations. The draws of the oracle are [child][gene][4]."""
+    """Compare a variation of complete populations. The oracle gets draws [child][weight][4]."""
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
         parents = select(experiment, fitness, uniforms, make_lifetimes(genome)).tolist()
@@ -141,7 +141,7 @@ def compare_selection(group: PartGroup, part: Any) -> None:
 
 
 def _draw_generations(group: PartGroup, part: Any) -> Iterator[tuple[str, Any, Generation]]:
-    """Yield a label, the argument `part`, and a small generation with many equal agents."""
+    """Yield a label, the argument `part`, and a generation with many agents of equal fitness."""
     for number, values, arrays, _ in _draw_rounds(group, part):
         yield f"round {number}", values, arrays["generation"]
 

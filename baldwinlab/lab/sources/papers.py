@@ -67,7 +67,7 @@ def _find_paper_studies(lab: Lab) -> Studies:
 
 
 def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
-    """Yield name and study of each readable study. `list_studies` returns the errors of others."""
+    """Yield name and study of each readable study. `studies.list_studies` has the errors."""
     for name in studies.list_study_names(lab.root):
         try:
             yield name, studies.find_study(lab, name)

@@ -1,4 +1,4 @@
-"""Changes of items by world features: place, remove, and find the items eaten in a step.
+"""Functions for world features: place or remove an item, and ask whether it is on the map or eaten.
 
 Each change also sorts the items of the region, so that agents sense the changed item in the next
 step. An absent item has the x coordinate `ABSENT_X` times the width of the map, where no agent can
@@ -37,12 +37,12 @@ def place_item_at(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item. The items of a region are
         `model.region_items[region]` to `model.region_items[region + 1] - 1`.
     x, y : float32
-        Position in the region, in units of length.
+        Coordinates on the map, inside the region, in units of length.
     """
     state.item_x[world, item] = x
     state.item_y[world, item] = y
@@ -62,7 +62,7 @@ def place_item_randomly(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item.
     """
@@ -79,7 +79,7 @@ def remove_item(model: MiniWorldModel, state: State, world: int, region: int, it
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item.
     """
@@ -95,7 +95,7 @@ def is_on_map(state: State, world: int, item: int) -> bool:
     Parameters
     ----------
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, item : int
         Indices of the world and of the item.
 
@@ -116,7 +116,7 @@ def was_eaten(state: State, world: int, item: int, step: int) -> bool:
     Parameters
     ----------
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, item : int
         Indices of the world and of the item.
     step : int

@@ -123,7 +123,7 @@ def energy_in_life(part: Any, state: State, lane: int) -> np.float32:
     part : NamedTuple
         Part with the derived values `ENERGY_VALUES`.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : int
         Column of the agent.
 
@@ -151,7 +151,7 @@ def reset_energy(part: Any, model: MiniWorldModel, state: State, world: int, age
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -174,7 +174,7 @@ def update_energy(part: Any, model: MiniWorldModel, state: State, world: int, st
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int

@@ -174,7 +174,10 @@ def eat_in_turn(
 
 @compiled
 def _init_species(species: Any) -> None:
-    """Initialize a generation of a species. The items get the same positions for each species."""
+    """Initialize a generation of a species.
+
+    The species share the items, which get the same positions in each call.
+    """
     model, state = species
     init_generation(model, state)
     publish_agents(model, state)
@@ -242,7 +245,7 @@ def _simulate_steps(all_species: Any, is_start: bool, first_step: int, last_step
         _sense_all(all_species, step)
         _move_all(all_species, step)
         _teach_all(all_species, step)
-        # Agent `turn` of all species is the first to eat. Agent 0 follows the last agent.
+        # The agents eat in the order turn, ..., n_agents - 1, 0, ..., turn - 1.
         turn = step % n_agents
         for world in range(first_model.worlds):
             _feed_all(all_species, world, step, turn, n_agents)

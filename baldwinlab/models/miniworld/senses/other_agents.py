@@ -48,7 +48,7 @@ def record_agent(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the other agent.
     lane : int
@@ -67,7 +67,7 @@ def record_agents(part: Any, model: MiniWorldModel, state: State, world: int, ag
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """

@@ -72,7 +72,7 @@ def record_item(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the item.
     lane : int
@@ -125,7 +125,7 @@ def record_items(part: Any, model: MiniWorldModel, state: State, world: int, age
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """

@@ -94,7 +94,7 @@ def is_within_sight(model: MiniWorldModel, state: State, line: LineOfSight) -> M
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the item or other agent.
 
@@ -286,7 +286,7 @@ def sense_items(model: MiniWorldModel, state: State, world: int, agent: int, kin
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     kind : int
