@@ -68,8 +68,8 @@ __all__ = [
     "vector_env",
 ]
 
-# The module of each public name. The package imports a module at its first use, because Numba,
-# xarray and SciPy take a second to load.
+# The module of each public name. The first use of a name imports the module, because Numba, xarray
+# and SciPy take a second to load.
 _MODULE_BY_NAME = {
     "ArgumentError": "core.errors",
     "BaldwinLabError": "core.errors",
@@ -99,7 +99,7 @@ _MODULE_BY_NAME = {
 }
 
 
-# With a module function `__getattr__`, a type checker would accept any name. So it is hidden.
+# A type checker would accept any name of a module with `__getattr__`, so it does not see this one.
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
@@ -110,13 +110,13 @@ if not TYPE_CHECKING:
 
 
 def __dir__() -> list[str]:
-    """Return the public names, without the modules that this file imports."""
+    """Return the public names for completion, without the modules that this file imports."""
     return sorted(__all__)
 
 
 def _register_notebook_display() -> None:
     """Show a trace, which is a dataset of xarray, as a player in a notebook of IPython."""
-    # Outside IPython, its module is not loaded. In a script that imports it, there is no shell.
+    # Without IPython, there is no module. In a script that imports IPython, there is no shell.
     get_shell = getattr(sys.modules.get("IPython"), "get_ipython", None)
     shell = get_shell() if get_shell else None
     if shell is not None:
@@ -125,7 +125,7 @@ def _register_notebook_display() -> None:
 
 
 def _format_dataset(dataset: Any) -> Any:
-    """Return the HTML of a dataset. The import takes time, so it is done at the first use."""
+    """Return the HTML of a dataset. The import takes time, so a notebook imports it when needed."""
     return import_module("baldwinlab.lab.pages.notebook_player").format_html(dataset)
 
 

@@ -1,7 +1,7 @@
 """Run the command line as `baldwinlab` or `python -m baldwinlab`.
 
 SIGTERM, which a job queue sends, has the effect of Ctrl-C: the command stops, the stored runs
-remain, and a message states their number.
+remain, and a message states the number of stored runs.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from types import FrameType
 INTERRUPTED_STATUS = 130
 """The exit status of a process that SIGINT ended."""
 RETRY_SECONDS = 0.02
-"""Time until an interruption is raised again, if an import or a destructor would swallow it."""
+"""Seconds until an interruption is raised again, because an import or a destructor swallows it."""
 _is_waiting = False
-"""Whether an interruption waits for the next alarm."""
+"""Whether an interruption has arrived that the next alarm raises."""
 
 
 def main() -> None:
-    """Run the command line. An interruption during the imports prints one line."""
+    """Run the command line. An interruption prints one line instead of a traceback."""
     _open_missing_streams()
     _ignore_unusable_variables()
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
         sys.unraisablehook = _retry_swallowed_interruption
-    # Leave SIGINT ignored if a parent process chose so.
+    # If a parent process has chosen to ignore SIGINT, such as a script with `&`, it stays ignored.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
     try:
-        # Imported late, so that the import can be interrupted.
+        # Imported here, so that `_interrupt` also handles an interruption during the import.
         from baldwinlab.cli import main as run_command
 
         run_command()
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def _ignore_unusable_variables() -> None:
-    """Ignore the width of an unknown terminal, and the windows of Matplotlib.
+    """Ignore a terminal width of 0, and a Matplotlib backend with windows.
 
     With 0 columns, nothing would be printed. Figures are only written to files.
     """
@@ -56,29 +56,29 @@ def _ignore_unusable_variables() -> None:
 
 
 def _open_missing_streams() -> None:
-    """Replace closed standard streams, so that no file of a study gets their number."""
+    """Open /dev/null for closed standard streams, so that no file of a study takes their place."""
     for number, (name, mode) in enumerate([("stdin", "r"), ("stdout", "w"), ("stderr", "w")]):
         try:
             os.fstat(number)
         except OSError:
-            # The lowest free number is that of the closed stream.
+            # `open` returns the lowest free number: the number of the closed stream.
             os.open(os.devnull, os.O_RDWR)
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
 
 
 def _interrupt(signal_number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt; during an import, raise it a moment later.
+    """Raise KeyboardInterrupt. During an import, an alarm raises it a moment later.
 
     An import may swallow the exception or turn it into another one. A second interruption is raised
-    at once.
+    at once. This function handles SIGINT, SIGTERM and the alarm.
     """
     global _is_waiting
     # Windows has no timers.
     if hasattr(signal, "setitimer"):
         is_alarm = signal_number == signal.SIGALRM
         if is_alarm and not _is_waiting:
-            # A second interruption was raised already, so this alarm has nothing to do.
+            # A second interruption has already been raised, so this alarm does nothing.
             return
         is_second_interruption = _is_waiting and not is_alarm
         # Set before any call, because another signal can arrive during a call.
@@ -92,7 +92,7 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
 
 
 def _start_timer() -> None:
-    # The timer repeats, because an alarm may be lost if another signal arrives with it.
+    # The timer repeats, because an alarm may be lost if another signal arrives at the same time.
     signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)
 
 

@@ -21,7 +21,7 @@ FORWARD = 1
 RIGHT = 2
 
 Layers = list[list[list[float]]]
-"""weight = layers[layer][from][to]. Biases are the last row, from a unit that is always 1."""
+"""Weights [layer][from unit][to unit]. The last row of a layer has the biases, from a unit 1."""
 
 Genome = list[list[float]]
 """The weights of each module, in a list."""
@@ -50,10 +50,10 @@ class Item:
 
 
 Reappear = Callable[[Item], None]
-"""Moves an eaten item to a new position."""
+"""A function that moves an eaten item to a new position."""
 
 ActNoisily = Callable[[Agent], None]
-"""Action noise: replaces some chosen actions by random ones."""
+"""A function for action noise, which replaces some chosen actions by random actions."""
 
 
 # "The Simulated World of Foods and Agents"
@@ -180,7 +180,8 @@ def learn(
     for depth in range(len(layers) - 1, -1, -1):
         layer = layers[depth]
         sources = activations[depth] + [1.0] * biases
-        # The errors of the layer below depend on the weights before the step.
+        # The errors of the layer below depend on the weights before the step. The bias has none, so
+        # `strict=False` drops the last sum.
         sums = [sum(map(operator.mul, row, errors)) for row in layer]
         errors_below = [slope * total for slope, total in zip(slopes[depth], sums, strict=False)]
         for source, row in zip(sources, layer, strict=True):
@@ -228,6 +229,7 @@ def step(
         eat(agent, items, new_items, experiment, reappear)
 
     activities = [perceive, act, teach, feed]
+    # In each time step, another agent is first.
     order = [agents[(time + turn) % len(agents)] for turn in range(len(agents))]
     if experiment.lifetime.update == "sequential":
         for agent in order:
@@ -288,7 +290,7 @@ def simulate_generation(
 
 
 def select(fitness: Sequence[float], scheme: str, random: Random) -> int:
-    """Return the number of a parent."""
+    """Return the index of a parent."""
     agents = range(len(fitness))
     if scheme == "tournament":
         return max(random.choice(agents), random.choice(agents), key=lambda agent: fitness[agent])

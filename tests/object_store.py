@@ -12,7 +12,7 @@ from unittest.mock import patch
 def local_object_store(bucket: str) -> Iterator[str]:
     """Start an empty object store on loopback, and yield the URL of a bucket.
 
-    The environment, which later child processes inherit, names the store and its keys.
+    Environment variables have the address and the keys. Later child processes inherit them.
     """
     import boto3
     from moto.server import ThreadedMotoServer

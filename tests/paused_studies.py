@@ -31,7 +31,7 @@ pause_writes(pytest.MonkeyPatch(), Path(sys.argv.pop(1)), int(sys.argv.pop(1)))
 def pause_writes(patch: pytest.MonkeyPatch, directory: Path, n_records: int) -> None:
     """Let threads wait before they write a file once a folder contains `n_records` records.
 
-    They continue when the executor ends its threads. The main thread never waits.
+    The threads continue when a pool of threads is shut down. The main thread never waits.
     """
     flush = os.fsync
     shut_down = ThreadPoolExecutor.shutdown

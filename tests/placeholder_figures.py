@@ -1,4 +1,4 @@
-"""Small files in place of figures, for tests of pages whose figures other tests draw."""
+"""Small files in place of figures, for tests of pages. Other tests draw the figures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 
 
 def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
-    """Write files with the names of those of a figure."""
+    """Write small files with the names of the files of a figure."""
     folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".svg", ".png"):
         (folder / f"{name}{suffix}").write_bytes(SVG)

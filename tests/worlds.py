@@ -40,7 +40,7 @@ def make_single_agent_experiment(
 
 
 def replay_with_first_action(action: int, experiment: Experiment) -> xr.Dataset:
-    """Return the trace of an agent whose first action is `action`."""
+    """Return the trace of the first seed whose agent 0 begins with `action`."""
     traces = (replay(experiment, seed=seed) for seed in range(200))
     return next(trace for trace in traces if trace["action"].values[0, 0] == action)
 

@@ -1,6 +1,7 @@
-"""Appearance of a recorded world: its declaration in a trace, and the symbols of its agents.
+"""Appearance of the world of a trace, and symbols of agents in movies and figures.
 
-Each species has a shape and a color. Agents of a population with one species are darts.
+A trace is the record of every step of a lifetime. Each species has a shape and a color. Agents of
+a population with one species are darts.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from baldwinlab.analysis.palette import MOVIE_COLORS, choose_species_style, reso
 from baldwinlab.core.deferred import xr
 
 APPEARANCE_ATTRIBUTE = "appearance"
-# Angles of the corners of a dart relative to its heading, in radians.
+# Angles of the corners of a dart, relative to the heading, in radians.
 DART_ANGLES: Final = (0, 2.5, -2.5)
-# Corners of the shapes, in radii. y is downward. The areas are about equal.
+# Corners (x, y) of the shapes, in radii. y points down. The areas are about equal.
 CORNERS: Final[Mapping[str, tuple[tuple[float, float], ...]]] = {
     "triangle": ((0, -1.45), (1.3, 0.9), (-1.3, 0.9)),
     "square": ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
     "diamond": ((0, -1.3), (1.3, 0), (0, 1.3), (-1.3, 0)),
 }
-# Radius of a shape, and length of the line from its center in the direction of the heading, in
-# lengths of a dart.
+# Radius of a shape, and length of the pointer, as multiples of the length of a dart. The pointer is
+# the line from the center of a shape in the direction of the heading.
 SHAPE_RADIUS: Final = 0.7
 POINTER_LENGTH: Final = 1.5
-# Width of this line, in line widths.
+# Width of the pointer, as a multiple of the width of an outline.
 POINTER_WIDTH: Final = 2
-# Share of the color of a species in the color of its trails.
+# Fraction of the color of a species in the color of a trail. The rest is the background.
 TRAIL_SHARE: Final = 0.4
 
 
@@ -40,7 +41,7 @@ def has_appearance(trace: xr.Dataset) -> bool:
 
 
 def read_appearance(trace: xr.Dataset) -> dict[str, Any]:
-    """Return the appearance of the world of a trace, in the form of `Appearance.to_dict`."""
+    """Return the stored appearance of the world of a trace: a result of `Appearance.to_dict`."""
     return dict(json.loads(trace.attrs[APPEARANCE_ATTRIBUTE]))
 
 
@@ -49,7 +50,7 @@ class AgentSymbol(NamedTuple):
 
     name: str  # Name of the species, "" for a population with one species.
     shape: str  # "dart", "circle", or a key of `CORNERS`.
-    fill: str  # Color of an agent that has eaten.
+    fill: str  # Color of the inside of an agent that has eaten.
     outline: str
     trail: str
 
@@ -79,14 +80,14 @@ def _make_symbol(index: int, name: str) -> AgentSymbol:
 
 
 def list_symbol_numbers(trace: xr.Dataset) -> list[int]:
-    """Return the index of the symbol of each agent of a trace."""
+    """Return for each agent the index of the symbol in `list_symbols`, [agent]."""
     if "species" not in trace:
         return [0] * trace.sizes["agent"]
     return list(trace["species"].values.tolist())
 
 
 def blend(color: str, share: float) -> tuple[int, ...]:
-    """Return the blend of a color with the background. `share` is the color's share, 0 to 1."""
+    """Return red, green and blue, 0 to 255, of a fraction `share` of a color on the background."""
     background = ImageColor.getrgb(MOVIE_COLORS["background"])
     pairs = zip(background, ImageColor.getrgb(color), strict=True)
     return tuple(round(below + (above - below) * share) for below, above in pairs)
@@ -103,9 +104,9 @@ def draw_agent(
 ) -> None:
     """Draw an agent.
 
-    - `position`: x and y, in pixels.
+    - `position`: x and y of the center, in pixels. y points down.
     - `heading`: direction in radians, clockwise from the right.
-    - `length`: length of a dart, in pixels.
+    - `length`: distance from the center to a corner of a dart, in pixels.
     - `line_width`: width of the outline, in pixels.
     """
     x, y = position
@@ -118,7 +119,7 @@ def draw_agent(
         x + POINTER_LENGTH * length * math.cos(heading),
         y + POINTER_LENGTH * length * math.sin(heading),
     )
-    draw.line((position, end), symbol.outline, POINTER_WIDTH * line_width)
+    draw.line((position, end), symbol.outline, POINTER_WIDTH * line_width)  # Below the shape.
     draw_shape(draw, symbol, position, SHAPE_RADIUS * length, fill, line_width)
 
 
@@ -130,7 +131,7 @@ def draw_shape(
     fill: str,
     line_width: int,
 ) -> None:
-    """Draw the shape of a species without a heading. The lengths are in pixels."""
+    """Draw the shape of a species without a pointer. `position` and `radius` are in pixels."""
     x, y = position
     if symbol.shape == "circle":
         box = (x - radius, y - radius, x + radius, y + radius)

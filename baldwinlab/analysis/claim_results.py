@@ -1,4 +1,7 @@
-"""Results of claims: findings of comparisons, and verdicts of claims."""
+"""Results of claims, which `claims.py` computes: findings of comparisons, and verdicts of claims.
+
+A claim of a paper has one or more comparisons. A finding is a comparison with its result.
+"""
 
 from __future__ import annotations
 
@@ -31,18 +34,18 @@ from baldwinlab.papers.rules import RULES, Rule
 
 @dataclass(frozen=True)
 class Finding:
-    """A comparison with its verdict. Undefined numbers are NaN."""
+    """A comparison of a claim, with the measured numbers and the verdict. NaN is undefined."""
 
     comparison: ClaimComparison
     numbers: statistics.Comparison
     verdict: Verdict
     # Meaning of the measure if a model defines it, else "".
     meaning: str = ""
-    # The test, whose p-value is corrected for all comparisons of the claims; None without a test.
+    # The test, with a p-value corrected for all comparisons of the claims. None without a p-value.
     test: FamilyTest | None = None
-    # Share of bootstrap samples of runs with the same verdict, for a rule that uses a rank test.
+    # Fraction of bootstrap samples of runs with the same verdict. NaN without a rank test.
     stability: float = nan
-    # Number of stored runs without a value, by condition; only numbers above 0.
+    # Number of stored runs that are not used, by condition. Only numbers above 0 are listed.
     unused_runs: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -51,7 +54,7 @@ class Finding:
 
     @property
     def deciding_test(self) -> FamilyTest | None:
-        """The test, if the rule uses its p-value."""
+        """The test if the rule decides by a p-value, else None."""
         return self.test if self.rule.kind in ("direction", "survival") else None
 
     @property
@@ -61,15 +64,15 @@ class Finding:
 
     @property
     def is_unstable(self) -> bool:
-        """Whether other runs could give another verdict.
+        """Whether less than `MIN_STABILITY` of the bootstrap samples have the verdict.
 
-        Too few runs are a verdict of their own.
+        False without a rank test (NaN), and for too few runs, because the label shows these.
         """
         return self.stability < MIN_STABILITY and not self.has_too_few_runs
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether the comparison is undecided because it has too few runs."""
+        """Whether too few runs are the reason why the comparison is undecided."""
         if self.verdict != UNDECIDED:
             return False
         if self.deciding_test:
@@ -78,14 +81,14 @@ class Finding:
 
     @property
     def label(self) -> str:
-        """The verdict as a report shows it."""
+        """The verdict as a report shows it, for example "holds" or "too few runs"."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
     def required_runs(self) -> int | None:
-        """The number of runs that would decide an undecided comparison, if any.
+        """The number of runs that would decide the comparison if the effect is the observed one.
 
-        The effect is assumed to be the observed one.
+        None if the comparison is decided, or if no realistic number of runs would decide it.
         """
         if self.verdict != UNDECIDED:
             return None
@@ -99,7 +102,7 @@ class Finding:
 
     @property
     def explanation(self) -> str:
-        """The number that decides, if needed, and the runs that an undecided comparison needs."""
+        """Phrases: why the corrected p-value decides, and how many runs would decide. Can be ""."""
         is_decided = self.verdict != UNDECIDED
         if self.deciding_test:
             low, high = self.numbers.low, self.numbers.high
@@ -111,11 +114,11 @@ class Finding:
 
     @property
     def note(self) -> str:
-        """The explanation of the verdict, and the runs that are not used."""
+        """The phrases of `explanation` and of `describe_unused_runs`, joined by semicolons."""
         return _join_notes([self.explanation, self.describe_unused_runs()])
 
     def describe_unused_runs(self) -> str:
-        """Return the number of runs that are not used, because the measure has no value."""
+        """Return a phrase such as "2 of 30 runs of evo/A have no value", or ""."""
         n_used = {self.comparison.b: self.numbers.n_b, self.comparison.a: self.numbers.n_a}
         parts = [
             f"{n_unused} of {n_unused + n_used[condition]} runs of {condition}"
@@ -125,7 +128,7 @@ class Finding:
         return f"{' and '.join(parts)} {verb} no value" if parts else ""
 
     def record(self) -> dict[str, Any]:
-        """Return the finding for JSON, with null for undefined numbers."""
+        """Return the finding for JSON, with None for undefined numbers."""
         numbers = replace_undefined(self.numbers._asdict())
         low = numbers.pop("low")
         high = numbers.pop("high")
@@ -154,7 +157,7 @@ def _join_notes(notes: Sequence[str]) -> str:
 
 
 def _rank_weakness(finding: Finding) -> tuple[int, float]:
-    """Return the order of a finding by verdict and p-value. The weakest finding is the last."""
+    """Return a sort key that is largest for the weakest finding. An undefined p-value is 0."""
     p = finding.p_holm if math.isfinite(finding.p_holm) else 0.0
     return VERDICTS.index(finding.verdict), p
 
@@ -179,14 +182,14 @@ class ClaimResult:
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether the claim is undecided because it has too few runs."""
+        """Whether too few runs are the reason why the claim is undecided."""
         return self.verdict == UNDECIDED and any(
             finding.has_too_few_runs for finding in self.findings
         )
 
     @property
     def label(self) -> str:
-        """The verdict as a report shows it."""
+        """The verdict as a report shows it, for example "holds" or "too few runs"."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
@@ -211,12 +214,12 @@ class ClaimResult:
 
     @property
     def deciding(self) -> Finding | None:
-        """The weakest finding: the worst verdict, and among equal verdicts the largest p."""
+        """The weakest finding: worst verdict, then largest p-value. None without findings."""
         return max(self.findings, key=_rank_weakness, default=None)
 
     @property
     def note(self) -> str:
-        """The note of the deciding comparison, and the runs that other comparisons do not use."""
+        """The explanation of the deciding finding, and the unused runs of all findings."""
         if self.deciding is None:
             return ""
         unused = [finding.describe_unused_runs() for finding in self.findings]
@@ -224,7 +227,7 @@ class ClaimResult:
 
     @property
     def difference_from_paper(self) -> float | None:
-        """The deciding effect minus the value in the paper, or None if one is unknown."""
+        """The effect of the deciding finding minus the value in the paper, None if unknown."""
         paper_value = self.claim.paper_value
         if self.deciding is None or paper_value is None:
             return None
@@ -233,9 +236,9 @@ class ClaimResult:
 
     @property
     def agrees_with_paper(self) -> bool:
-        """Whether the value of the paper, if it has one, is inside the measured interval.
+        """Whether the interval of the deciding finding contains the value in the paper.
 
-        Without an interval, the two values must be equal.
+        True if the paper has no value. Without an interval, the effect must equal the value.
         """
         difference, paper_value = self.difference_from_paper, self.claim.paper_value
         if difference is None or self.deciding is None or paper_value is None:
@@ -246,7 +249,7 @@ class ClaimResult:
         return numbers.low <= paper_value <= numbers.high
 
     def record(self) -> dict[str, Any]:
-        """Return the claim for JSON, with the numbers of the deciding comparison."""
+        """Return the claim for JSON: numbers of the deciding finding or None, and all findings."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
         # a12 is the effect size of Vargha and Delaney.
         columns = (

@@ -1,4 +1,4 @@
-"""Samples of the measures that claims compare: one value per run."""
+"""Samples that `claims.py` compares: one value of a measure per run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ClaimSource(Protocol):
         """All claims."""
 
     def measures(self, name: str, /) -> Mapping[str, Any] | None:
-        """Return the measures of a condition's model, or None if its model is not loaded."""
+        """Return the measures of the model of a condition, or None if the model is not loaded."""
         ...
 
 
@@ -34,18 +34,18 @@ class ModelMeasure(NamedTuple):
 
     name: str
     meaning: str
-    # Values by condition.
+    # Values [run] by condition. Empty if the model of the condition lacks the measure.
     values: dict[str, npt.NDArray[np.float64]]
 
 
 class Samples:
     """Values of the measures that claims compare: one value per measure and run.
 
-    A measure is an average over the last or the first generations of a run, or a measure that a
-    model defines.
+    The measures best, mean and share are averages over the last or the first generations of a run.
+    A model can define further measures.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent). `source`: the source
-    of the claims. Defaults to the default paper.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `last`: number of
+    averaged generations. `source`: the source of the claims, by default the default paper.
     """
 
     def __init__(self, data: xr.Dataset, last: int = 10, source: ClaimSource | None = None) -> None:
@@ -60,11 +60,11 @@ class Samples:
         self._initial_values = {
             measure: fitness.initial(data, measure, last) for measure in fitness.MEASURES
         }
-        # Values of the measures that models define, by condition and measure.
+        # Cached values [run] of the measures that models define, by (condition, measure).
         self._model_values: dict[tuple[str, str], xr.DataArray] = {}
         n_runs = self._final_values["best"].notnull().sum("run").values
         names = [str(name) for name in data["condition"].values]
-        # Number of runs with data by condition.
+        # Number of runs with data, by condition.
         self.n_runs = dict(zip(names, n_runs.tolist(), strict=True))
         self.conditions_with_runs = {name for name, n_runs in self.n_runs.items() if n_runs}
 
@@ -96,7 +96,7 @@ class Samples:
         return measures[comparison.measure].meaning if comparison.measure in measures else ""
 
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """Return one value per run; no values if the model of the measure is not loaded."""
+        """Return the values [run] without NaN, by default of the last generations. Can be empty."""
         if measure in COMMON_MEASURES:
             values = self._initial_values if first else self._final_values
             return values[measure].sel(condition=condition).dropna("run").astype(np.float64)
@@ -106,7 +106,7 @@ class Samples:
         return self._model_values[key]
 
     def survival(self, condition: str, measure: str) -> Survival:
-        """Return the survival time of each run, and whether it is censored."""
+        """Return the survival time of each run, and whether the time is censored."""
         measures = self.source.measures(condition) or {}
         times = self.get(condition, measure)
         runs = self._data.sel(condition=condition, run=times["run"].values)
@@ -134,7 +134,7 @@ class Samples:
             return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
         runs = _drop_gaps(self._data.sel(condition=condition))
         values = measure_runs(measures[measure].of, runs)
-        # A ratio to a change of 0 is infinite: it has no value.
+        # An infinite value, such as a ratio to a change of 0, counts as no value.
         return values.where(np.isfinite(values)).dropna("run").astype(np.float64)
 
 

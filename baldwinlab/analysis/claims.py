@@ -1,7 +1,7 @@
-"""Comparison of a paper's claims with a study: which claims hold, and how large the effects are.
+"""Evaluate the claims of a paper in a study: which claims hold, and how large the effects are.
 
-The claims are data of the paper. All p-values of all claims are one family, corrected by Holm's
-method.
+The claims are data of the paper. Holm's method corrects the p-values of all claims together, as one
+family of tests.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SUMMARIES: Final[Mapping[str, Callable[..., Any]]] = {
     "minimum": np.min,
     "maximum": np.max,
 }
-"""Statistics of all runs that have no interval."""
+"""Statistics over runs for which no interval is computed."""
 STATISTICS_COLUMNS = ("claim", *COMPARISON_COLUMNS)
 
 
@@ -43,11 +43,11 @@ def evaluate_claims(
 ) -> list[ClaimResult]:
     """Evaluate all claims of a paper.
 
-    A claim is not evaluated if the study has no run of a condition, or if the model of a measure
-    is not loaded.
+    A claim is not evaluated if the study has no run of a condition, if the model of a measure is
+    not loaded, or if an assay is not stored.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent). `source`: defaults to
-    the default paper.
+    `data`: the runs (condition, run, generation, agent). `last`: number of averaged generations.
+    `source`: the source of the claims, by default the default paper.
     """
     return evaluate_samples(Samples(data, last, source))
 
@@ -57,6 +57,7 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
     claims = samples.source.claims
     missing = {claim: sorted(claim.conditions - samples.conditions_with_runs) for claim in claims}
     unmeasured = {claim: sorted(samples.unloaded_measures(claim)) for claim in claims}
+    # A condition without runs lacks the assay too. Then only the missing runs are reported.
     unassayed = {
         claim: () if missing[claim] else tuple(sorted(samples.unassayed_measures(claim)))
         for claim in claims
@@ -83,7 +84,7 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
 
 
 def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
-    """Return the findings of all comparisons, whose tests are one family."""
+    """Return the finding of each comparison. The tests of all comparisons are one family."""
     comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
     numbers = {comparison: _measure_comparison(comparison, samples) for comparison in comparisons}
     family = correct_family(
@@ -121,7 +122,7 @@ def _count_unused_runs(
 ) -> dict[str, int]:
     """Return the number of stored runs that a comparison does not use, by condition, if above 0.
 
-    The measure has no value for such a run, or for the run of a pair.
+    The measure has no value for such a run, or for the other run of its pair.
     """
     used = {comparison.a: numbers.n_a}
     if comparison.b and comparison.b != FIRST_GENERATIONS:
@@ -136,7 +137,7 @@ def _measure_stability(
     numbers: statistics.Comparison,
     test: FamilyTest | None,
 ) -> float:
-    """Return the stability of the verdict of a rank test, NaN for other comparisons."""
+    """Return the stability of the direction of a rank test, NaN without a rank test."""
     if RULES[comparison.rule].kind != "direction" or test is None:
         return nan
     a, b = _get_samples(comparison, samples)
@@ -150,7 +151,7 @@ def _measure_stability(
 
 
 def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTest:
-    """Return the test of a comparison of two samples."""
+    """Return the test of a comparison, with the numbers of runs of the two samples."""
     if comparison.rule == "survives_longer":
         return PlannedTest(n_a, n_b, "log-rank")
     return PlannedTest(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
@@ -158,6 +159,7 @@ def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTes
 
 def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "") -> str:
     """Return sentences if the runs are too few for the tests of the claims, else ""."""
+    # Claims can share a comparison, which has one test.
     findings = {finding.comparison: finding for result in results for finding in result.findings}
     tests = [finding.test.planned for finding in findings.values() if finding.test]
     return describe_too_few(tests, instruction=instruction)
@@ -166,7 +168,7 @@ def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "
 def planned_claim_tests(
     claims: Sequence[Claim], conditions: Collection[str], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests that the claims require."""
+    """Return the tests of the claims in a study with `runs` runs of each of `conditions`."""
     # A claim about a condition outside the study is not evaluated.
     evaluated = [claim for claim in claims if claim.conditions <= {*conditions}]
     tested = {comparison for claim in evaluated for comparison in claim.comparisons if comparison.b}
@@ -184,6 +186,7 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     median = float(np.median(values))
     effect, low, high = median, nan, nan
     statistic = RULES[comparison.rule].statistic
+    # The measure "most" is the largest number over all runs.
     if comparison.measure == "most":
         statistic = "maximum"
     if statistic in SUMMARIES:
@@ -199,7 +202,7 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
 
 
 def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
-    """Compare two conditions, or the last generations of a condition with its first ones."""
+    """Compare two conditions, or the last and the first generations of one condition."""
     a, b = _get_samples(comparison, samples)
     # A measure that a model defines may have no value.
     if not (a.size and b.size):
@@ -216,11 +219,12 @@ def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statis
 def _get_samples(
     comparison: ClaimComparison, samples: Samples
 ) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return the values of both conditions, or of the last and the first generations."""
+    """Return the values [run] of both conditions, or of the last and the first generations."""
     compares_with_first = comparison.b == FIRST_GENERATIONS
     condition_b = comparison.a if compares_with_first else comparison.b
     a = samples.get(comparison.a, comparison.measure)
     b = samples.get(condition_b, comparison.measure, first=compares_with_first)
+    # Pairs are the runs that both samples have.
     if comparison.paired:
         a, b = xr.align(a, b)
     return a, b
@@ -245,9 +249,9 @@ def write_statistics(
 ) -> None:
     """Write `statistics.csv` and `summary.csv`, each atomically.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent). `contrasts`:
-    comparisons of conditions. They are the first rows of `statistics.csv`, and their column `claim`
-    is empty.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `last`: number of
+    averaged generations. `contrasts`: comparisons of conditions, which are the first rows of
+    `statistics.csv`, with an empty column `claim`.
     """
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
     rows += [

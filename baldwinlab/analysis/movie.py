@@ -1,4 +1,7 @@
-"""Movies of traces (.mp4 or .gif), and their images of a map, its food, and agents with trails."""
+"""Movies (.mp4 or .gif) of traces: a map with its items, and agents with their trails.
+
+The command `replay`, the lab and the steered worlds write movies and images with this module.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ from baldwinlab.core.files import REPLAY_MARK, name_file_in_errors
 
 # Length of the longer side of a map, in pixels.
 MAX_SIDE_PIXELS = 640
-# Factor by which images are drawn larger before they are reduced, for smooth edges.
+# Factor by which an image is drawn larger and then reduced, for smooth edges.
 OVERSAMPLING = 2
 # Length of a trail, and of the highlight of a meal, in time steps.
 TRAIL_STEPS = 60
@@ -49,7 +52,7 @@ FONT = ImageFont.load_default(14)
 HALF_ITEM_SIDE = 5
 AGENT_LENGTH = 8
 FLASH_RADIUS = 13
-# Distance in map units that no agent covers in a step, except if it crosses the edge of the map.
+# An agent that moves farther than this in a step, in map units, crosses the edge of the map.
 MAX_STEP_LENGTH = 10
 FRAMES_PER_SECOND = 25
 MAX_GIF_COLORS = 256
@@ -65,11 +68,11 @@ SCENE_GAP = 4
 class Scene(NamedTuple):
     """A trace and the size of its map."""
 
-    trace: xr.Dataset  # A lifetime, as `replay` returns it.
+    trace: xr.Dataset  # A lifetime, from `replay`.
     # The size of the map, in map units.
     width: float
     height: float
-    first_step: int = 0
+    first_step: int = 0  # Index of the first step of the trace in the lifetime.
     # Number of steps of the lifetime. None: the trace is the complete lifetime.
     n_steps: int | None = None
 
@@ -82,24 +85,25 @@ class SceneRenderer:
         self.first_step = scene.first_step
         self.n_steps = scene.n_steps or self.trace.sizes["step"]
         self.appearance = read_appearance(self.trace)
-        # [step, agent]
+        # [step, agent]: positions in map units, NaN after death, and headings in degrees.
         self.x = self.trace.x.values
         self.y = self.trace.y.values
         self.heading = self.trace.heading.values
         # The number of items eaten up to each step, [step, agent].
         self.eaten = self.trace.eaten.values.cumsum(axis=0)
-        # [step, item]
+        # [step, item], in map units.
         self.item_x = self.trace.item_x.values
         self.item_y = self.trace.item_y.values
+        # Pixels of the oversampled image per map unit.
         self.scale = MAX_SIDE_PIXELS * OVERSAMPLING / max(scene.width, scene.height)
-        # Video needs even numbers of pixels.
+        # (width, height) in pixels of the video, which needs even numbers.
         self.size = tuple(
             2 * round(side * self.scale / OVERSAMPLING / 2) for side in (scene.width, scene.height)
         )
         self.symbols = list_symbols(self.trace)
         # [agent]
         self.symbol_numbers = list_symbol_numbers(self.trace)
-        # Dead agents have no position, [step, agent].
+        # [step, agent]. Dead agents have no position.
         self.is_alive = np.isfinite(self.x)
         self.legend = self._arrange_legend()
         n_rows = max((row for row, _, _ in self.legend), default=-1) + 1
@@ -141,7 +145,7 @@ class SceneRenderer:
             if mark["solid"]:
                 draw_shape(box, fill=color)
             else:
-                fill = None if is_disc else blend(color, 0.1)
+                fill = None if is_disc else blend(color, 0.1)  # A pale region of items.
                 draw_shape(box, fill=fill, outline=blend(color, 0.5), width=OVERSAMPLING)
         return image
 
@@ -169,6 +173,7 @@ class SceneRenderer:
             points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
             points = points[self.is_alive[steps, agent]]
             color = self._symbol(agent).trail
+            # The path is split at the edge, so that no line runs across the map.
             for path in np.split(points, steps_after_edge):
                 if len(path) > 1:
                     line = [(float(x), float(y)) for x, y in path]
@@ -197,12 +202,13 @@ class SceneRenderer:
         return self.symbols[self.symbol_numbers[agent]]
 
     def _arrange_legend(self) -> list[tuple[int, float, AgentSymbol]]:
-        """Return row, left edge in pixels, and symbol of each species; empty for one species."""
+        """Return (row, left edge in pixels, symbol) of each species; empty for one species."""
         entries = []
         row = 0
         left: float = LEGEND_INDENT
         for species_index, symbol in enumerate(self.symbols if "species" in self.trace else ()):
             n_agents = self.symbol_numbers.count(species_index)
+            # The text is longest while all agents are alive.
             text = self._legend_text(symbol, n_agents, n_agents)
             width = 4 * LEGEND_RADIUS + FONT.getlength(text) + 2 * LEGEND_INDENT
             if left > LEGEND_INDENT and left + width > self.size[0]:
@@ -263,13 +269,13 @@ def write_scenes(
     path: Path,
     report_progress: Callable[[float], object] = lambda share: None,
 ) -> None:
-    """Write a movie of several lifetimes next to each other, in step.
+    """Write a movie of several lifetimes next to each other, which show the same step.
 
     `path`: a .gif file, or an .mp4 file, which needs the extra `video`. `report_progress`: a
-    function that is called with the finished share of the movie, 0 to 1.
+    function that is called with the finished fraction of the movie, 0 to 1.
     """
     n_steps = max(scene.trace.sizes["step"] for scene in scenes)
-    stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))
+    stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))  # In steps.
     frames = _draw_frames(scenes, range(0, n_steps, stride), report_progress)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
@@ -311,13 +317,13 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
         save_all=True,
         append_images=reduced,
         duration=MILLISECONDS_PER_SECOND // FRAMES_PER_SECOND,
-        loop=0,
+        loop=0,  # Repeat without end.
         comment=REPLAY_MARK.encode(),
     )
 
 
 def _make_gif_palette(scenes: Sequence[Scene]) -> Image.Image:
-    """Return a palette of all drawn colors, and of their blends with the background."""
+    """Return a palette of all drawn colors, and of blends of each color with the background."""
     appearances = [read_appearance(scene.trace) for scene in scenes]
     part_colors = [
         resolve_color(item["color"])
@@ -353,10 +359,10 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
         first_frame.size,
         output_params=["-metadata", f"comment={REPLAY_MARK}"],
         fps=FRAMES_PER_SECOND,
-        macro_block_size=2,
+        macro_block_size=2,  # Sides are even numbers of pixels.
         ffmpeg_log_level="quiet",
     )
-    writer.send(None)
+    writer.send(None)  # Starts the generator.
     writer.send(np.ascontiguousarray(first_frame))
     for frame in frames:
         writer.send(np.ascontiguousarray(frame))
@@ -365,7 +371,7 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
 
 
 def _require_complete(path: Path) -> None:
-    """Raise OSError if the movie has no index, which ffmpeg writes last and without an error."""
+    """Raise OSError without the index `moov`. ffmpeg writes the index last and reports no error."""
     if b"moov" not in path.read_bytes():
         is_disk_full = shutil.disk_usage(path.parent).free < FULL_DISK_BYTES
         error_number = errno.ENOSPC if is_disk_full else errno.EIO

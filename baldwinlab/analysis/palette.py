@@ -1,7 +1,7 @@
 """Colors of figures, movies, the report and the page of the lab.
 
-People with any kind of color vision can distinguish the basic colors. Some are lighter on a dark
-background.
+People with any kind of color vision can distinguish the basic colors. Some colors are lighter on a
+dark background.
 
 A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input
 of an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is
@@ -36,7 +36,7 @@ PALE = "#e4e4e4"
 SERIES_COLORS: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
 # Colors of conditions on a screen. Gray replaces black, which is invisible on a dark page.
 SERIES_COLORS_ON_SCREEN: Final = (*SERIES_COLORS[:-1], "#8a8a8a")
-# Colors of lifetimes with learning on, off, frozen, or replaced by drift.
+# Colors of lifetimes: with learning, without learning, with frozen learned weights, with drift.
 LIFE_COLORS: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GRAY}
 # Colors of newborns: random genomes, then generations. Later generations are darker.
 NEWBORN_COLORS: Final = (MID_GRAY, "#c8a57a", BROWN, "#4a3016")
@@ -53,7 +53,7 @@ NAMED_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "gray": (GRAY, "#9aa8b6"),
 }
 
-# Colors and shapes of the agents of each species on a map. Their numbers have no common divisor, so
+# Colors and shapes of species on a map, in turn. 5 colors and 4 shapes have no common divisor, so
 # the first 20 species differ.
 SPECIES_COLORS: Final = ("blue", "vermilion", "black", "gray", "sky")
 SPECIES_SHAPES: Final = ("circle", "triangle", "square", "diamond")
@@ -81,20 +81,20 @@ PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
 
 # Colors of the map in the lab, by use, on a light and on a dark screen.
 WORLD_COLORS: Final[Mapping[str, tuple[str, str]]] = {
-    "around": ("#eceff3", "#0b0f13"),
+    "around": ("#eceff3", "#0b0f13"),  # Outside the map.
     "map": ("#ffffff", "#141b22"),
     "grid": ("#eef1f4", "#1a222b"),
     "edge": ("#c3cbd5", "#36424f"),
     "meal": NAMED_COLORS["green"],
     "agent": NAMED_COLORS["blue"],
-    "hungry": ("#ffffff", "#141b22"),
+    "hungry": ("#ffffff", "#141b22"),  # Inside of an agent that has not eaten.
     "outline": ("#56616e", "#8796a5"),
     "trail": NAMED_COLORS["blue"],
-    "chosen": (PLUM, "#f08ac8"),
+    "chosen": (PLUM, "#f08ac8"),  # Selection of the reader.
     "sight": NAMED_COLORS["blue"],
-    "lit": NAMED_COLORS["orange"],
+    "lit": NAMED_COLORS["orange"],  # Input that is not 0.
     "flash": ("#00795a", "#7fe3c0"),
-    "lesson": NAMED_COLORS["purple"],
+    "lesson": NAMED_COLORS["purple"],  # Teaching signal.
     # Squares with more and more agents. The lightness changes from class to class.
     "density-1": ("#d6e6f4", "#17395a"),
     "density-2": ("#abcfe9", "#1e5080"),
@@ -142,14 +142,14 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
 
 
 def resolve_color(color: str) -> str:
-    """Return a name of `NAMED_COLORS` or `WORLD_COLORS` as "#rrggbb", on a light background."""
+    """Return "#rrggbb" for a color name on a light background. "#rrggbb" is not changed."""
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
 
 
 def choose_text_color(background: Sequence[float]) -> str:
     """Return the color of text, black or white, with the higher contrast to a background.
 
-    `background`: red, green and blue, 0 to 1. The luminance and the contrast are those of WCAG 2.
+    `background`: red, green and blue, 0 to 1. WCAG 2 defines the luminance and the contrast.
     """
     weights = (0.2126, 0.7152, 0.0722)
     luminance = sum(
@@ -161,7 +161,7 @@ def choose_text_color(background: Sequence[float]) -> str:
 
 
 def choose_species_style(index: int) -> tuple[str, str]:
-    """Return names of `NAMED_COLORS` and `SPECIES_SHAPES` for the agents of a species on a map."""
+    """Return the color name and the shape of a species on a map, such as ("blue", "circle")."""
     color = SPECIES_COLORS[index % len(SPECIES_COLORS)]
     shape = SPECIES_SHAPES[index % len(SPECIES_SHAPES)]
     return color, shape

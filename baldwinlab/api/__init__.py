@@ -1,1 +1,1 @@
-"""The public functions: each command of the command line calls one of them."""
+"""Functions for Python users and for the command line: run, report, replay and export studies."""

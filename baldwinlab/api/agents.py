@@ -1,4 +1,4 @@
-"""Read the genomes of stored agents as labeled arrays, and evaluate their networks."""
+"""Read the genomes of stored agents as labeled arrays, and evaluate the networks of agents."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ NETWORK_MODULES: Final = ("action", "reinforcement")
 
 
 class AgentNetwork:
-    """The network of one agent at birth, before it learned. Call it with inputs to get its outputs.
+    """The network of one agent at birth, before any learning. A call with inputs returns outputs.
 
     Attributes
     ----------
     inputs, outputs : tuple of str
-        Names of the inputs, and of the outputs, which are the actions of the agent.
+        Names of the inputs and of the outputs. Each output is named after an action.
     weights : xarray.DataArray
-        The weights at birth, layer by layer.
+        The weights [weight] at birth, layer by layer.
     """
 
     def __init__(self, experiment: Experiment, part: Any, weights: npt.NDArray[np.float32]) -> None:
@@ -65,13 +65,14 @@ class AgentNetwork:
         """
         array = self._check_inputs(inputs)
         inputs_by_step = np.atleast_2d(array)
-        # The arrays [weight, lane] and [unit, lane] of the engine, with one lane.
+        # The engine uses arrays [weight, lane] and [unit, lane]. A lane is the column of one agent.
         weights = self.weights.values[:, None]
         activations = np.zeros((self._n_units, 1), np.float32)
         outputs = np.empty((len(inputs_by_step), len(self.outputs)), np.float32)
         lane = 0
         for step, values in enumerate(inputs_by_step):
             activations[: len(self.inputs), lane] = values
+            # `forward` reads and writes `activations`. They keep the previous step of this call.
             forward(self._part, weights, activations, lane)
             outputs[step] = activations[-len(self.outputs) :, lane]
         variable = TRACE_VARIABLES["output"]
@@ -97,7 +98,7 @@ class AgentNetwork:
                 f"inputs have the shape {array.shape}; it must be [{n_inputs}] or "
                 f"[step, {n_inputs}]: {names}"
             )
-        # A NaN is in no range, so it is refused.
+        # A comparison with NaN is false, so NaN is refused.
         if not ((array >= 0) & (array <= 1)).all():
             raise RefusedError("inputs must be numbers from 0 to 1, like those of senses")
         return array
@@ -112,7 +113,7 @@ class AgentNetwork:
 def read_genomes(
     study: StudyStore, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
 ) -> xr.DataArray:
-    """Return the genomes of all agents or of some, for `baldwinlab.api.study.Study.genomes`."""
+    """Return genomes, for `Study.genomes`. `agent`: an index, several indices, or None for all."""
     experiment = study.experiment(condition)
     require_generation(experiment, generation)
     for agent_index in _list_agents(agent):
@@ -130,6 +131,7 @@ def read_genomes(
 
 
 def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
+    """Return the given indices as a sequence. It is empty for None, which needs no check."""
     if agent is None:
         return []
     return agent if isinstance(agent, Sequence | np.ndarray) else [agent]
@@ -138,7 +140,7 @@ def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
 def make_network(
     study: StudyStore, condition: str, run: int, generation: int, agent: int, *, module: str
 ) -> AgentNetwork:
-    """Return a network of an agent at birth, for `baldwinlab.api.study.Study.network`."""
+    """Return a network of one agent at birth, for `baldwinlab.api.study.Study.network`."""
     experiment = _require_forager(study.experiment(condition))
     require_generation(experiment, generation)
     require_whole_number("agent", agent, experiment.population.size - 1)
@@ -155,12 +157,12 @@ def make_network(
         experiment = batch.members[index]
         _require_network(experiment, name_of_species, module)
         newborns = batch.states[index]
-        # The lanes of a species begin with its first agent.
+        # The agents of a species are contiguous. In the batch of the species, the first has lane 0.
         lane -= int(np.argmax(species == index))
     else:
-        # The batch has one world, so the lane of an agent is its number.
+        # The first lanes are the agents in the first lifetime, in the order of their indices.
         newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
-    # `genes` starts with the module after the action module: the reinforcement network.
+    # `genes` [weight, lane] starts with the weights of the reinforcement network.
     weights_by_agent = newborns.weights if module == "action" else newborns.genes
     weights = weights_by_agent[: experiment.weight_count, lane].copy()
     return AgentNetwork(experiment, newborns.network, weights)
@@ -177,7 +179,7 @@ def _require_network(experiment: Experiment, name: str, module: str) -> None:
 def _read_genome_array(
     study: StudyStore, condition: str, run: int, generation: int
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes [agent, module, weight] of a generation. Compute them if not stored."""
+    """Return the genomes [agent, module, weight] of a generation, from a file or computed."""
     record = study.record(condition, run)
     is_computed = generation not in record["kept_generation"].values
     if is_computed:

@@ -26,7 +26,7 @@ from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.reevaluation import reevaluate
 
-# Settings of agents that a competition takes from the first file.
+# Tables with settings of the agents, which must be equal in both files.
 AGENT_TABLES: Final = ("senses", "motor", "network", "learning")
 
 
@@ -42,7 +42,7 @@ class Competition(NamedTuple):
     low, high : float
         95 % interval of the difference over lives, by Student's t; NaN for one life.
     lives : array [life, competitor]
-        Mean energy of A and of B in each life.
+        Mean energy in each life: A in column 0, B in column 1.
     """
 
     energy_a: float
@@ -67,8 +67,9 @@ def compete(
     """Simulate the agents of two genome files in one population, and compare their energy.
 
     Half of a population has genomes of A, half of B. Each life is simulated twice with the same
-    random numbers, and A and B swap their birthplaces. The files can have any number of agents.
-    Each life takes the next agents, and begins again after the last agent of a file.
+    random numbers: in the second simulation, A and B have exchanged the birthplaces. The files
+    can have any number of agents. Each life takes the next agents of both files. The first agent of
+    a file follows after the last agent.
 
     Parameters
     ----------
@@ -89,16 +90,16 @@ def compete(
     Returns
     -------
     Competition
-        The mean energies, and their difference with its interval. The difference of a file and
-        itself is exactly 0.
+        The mean energies, the difference with its interval, and the energies in each life. The
+        difference is exactly 0 if A and B are the same file.
 
     Raises
     ------
     ArgumentError
         `lives` or `seed` is out of range.
     RefusedError
-        A file cannot be read or does not fit the experiment, the agents of the files have other
-        settings, the population is odd, or agents are born during life.
+        A file cannot be read or does not fit the experiment, the agents of B have other settings
+        than those of A, the population is odd, or agents are born during life.
     ExperimentError
         There is no such preset, map or setting.
     """
@@ -111,10 +112,10 @@ def compete(
     chosen = choose_experiment(stored_a, path_a, experiment)
     setting = chosen
     if experiment is None:
-        # The agents of A compete with the settings of their generation.
+        # The settings are those of the generation in which A was frozen.
         setting = chosen.at(_find_generation(stored_a))
         _require_same_agents(setting, stored_b, path_b)
-    # A genome has the modules of all generations.
+    # A stored genome has the modules of all generations, so it is read with `chosen`.
     layout = assign(place_on_map(chosen, map), assignments)
     setting = assign(place_on_map(setting, map), assignments)
     _require_competition(setting)
@@ -181,10 +182,11 @@ def _simulate_lives(
     rows = []
     for first_life in range(0, lives, CPU.worlds):
         runs = range(first_life, min(first_life + CPU.worlds, lives))
-        # The next agents of a file, [life, agent]. After the last agent, the first one follows.
+        # Indices of the next agents, [life, agent]. `%` starts a file again after its last agent.
         agents = np.arange(runs.start * half, runs.stop * half).reshape(len(runs), half)
         half_a = genomes_a[agents % len(genomes_a)]
         half_b = genomes_b[agents % len(genomes_b)]
+        # Energies [life, agent]. Both simulations have the random numbers of generation 0.
         energy_a_first, energy_b_first = (
             reevaluate(experiment, seed, runs, 0, np.concatenate(halves, axis=1)).energy
             for halves in ((half_a, half_b), (half_b, half_a))
@@ -194,12 +196,13 @@ def _simulate_lives(
             energy.reshape(len(runs), 2, half).mean(axis=2)
             for energy in (energy_a_first, energy_b_first)
         )
-        # In a population with B first, the columns are B and A, so they are reversed.
+        # With B first, the columns are B and A. `[:, ::-1]` makes them A and B.
         rows.append((means_a_first + means_b_first[:, ::-1]) / 2)
     return np.concatenate(rows)
 
 
 def _summarize(lives: npt.NDArray[np.float64]) -> Competition:
+    """Return the result of the energies [life, competitor]."""
     energy_a, energy_b = (float(mean) for mean in lives.mean(axis=0))
     differences = lives[:, 0] - lives[:, 1]
     difference = float(differences.mean())

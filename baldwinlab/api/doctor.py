@@ -1,4 +1,4 @@
-"""Examine this machine: packages, cores, memory, disk, cache and GPU, and fixes of problems."""
+"""Examine this machine for `baldwinlab doctor`, and suggest a fix for each problem."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from baldwinlab.engine import cache
 from baldwinlab.engine.threads import available_cores
 
 State = Literal["well", "missing", "problem"]
-"""The state of a topic. "missing" is the state of an absent optional feature."""
+"""The state of a topic. An absent optional feature is "missing", and not a "problem"."""
 MIN_FREE_BYTES: Final = 2**30
 """Memory, and disk space, that a study of the first paper needs."""
 
@@ -31,7 +31,7 @@ class DoctorFinding(NamedTuple):
 
 
 def examine(folder: Path) -> Iterator[DoctorFinding]:
-    """Yield the findings on this machine, with a folder for studies, which may not exist."""
+    """Yield the findings on this machine. `folder`: for studies; it may not exist yet."""
     yield _check_python()
     yield from _check_packages()
     yield _check_cores()
@@ -103,7 +103,7 @@ def _check_free_space(topic: str, free_bytes: int | None, fix: str) -> DoctorFin
 
 
 def _check_cache() -> DoctorFinding:
-    """Check the folder of compiled code. A warning states why there is no folder."""
+    """Check the folder of compiled code. `cache_root` warns if no folder can be used."""
     with warnings.catch_warnings(record=True) as folder_warnings:
         warnings.simplefilter("always")
         folder = cache.cache_root()
@@ -121,7 +121,7 @@ def _check_cache() -> DoctorFinding:
 
 
 def _check_writing(folder: Path) -> DoctorFinding:
-    """Check that a study can be written, with a temporary file."""
+    """Write a temporary file into the folder, or into the nearest parent folder that exists."""
     parents = (folder, *folder.absolute().parents)
     existing_folder = next(parent for parent in parents if parent.exists())
     try:
@@ -141,7 +141,7 @@ def _check_gpu() -> DoctorFinding:
             "missing",
             "not checked, because the extra cuda is not installed; the CPU gives the same results",
         )
-    # Imported late: it takes a while to load.
+    # Imported late: the CUDA backend takes a while to load.
     from baldwinlab.models.miniworld.backends import cuda
 
     problem = cuda.unavailable_reason()

@@ -1,4 +1,4 @@
-"""Freeze agents and populations of stored studies, and read them as founders or for a lifetime."""
+"""Write genomes of stored studies to files. Read such files as founders or for a lifetime."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.store import StudyStore
 
-# STUDY:CONDITION@GENERATION[RUN]=SHARE. The run and the share are optional.
+# STUDY:CONDITION@GENERATION[RUN]=SHARE, such as "mine:evo/A@99". The last two are optional.
 POPULATION_PATTERN: Final = re.compile(
     r"(?P<study>.+?):(?P<condition>[^:@=]+)@(?P<generation>[0-9]{1,9})"
     r"(?:\[(?P<run>[0-9]{1,10})\])?(?:=(?P<share>[0-9.]+))?"
@@ -53,7 +53,7 @@ class StoredPopulation(NamedTuple):
     study: StudyStore
     condition: str
     generation: int
-    run: int | None = None  # Number of the run; None for all stored runs.
+    run: int | None = None  # Index of the run; None for all stored runs.
 
     @property
     def file_name(self) -> str:
@@ -71,9 +71,9 @@ class FrozenFile(NamedTuple):
     path : pathlib.Path
         The file.
     sha256 : str
-        SHA-256 of its content, 64 hexadecimal digits.
+        SHA-256 of the content of the file, 64 hexadecimal digits.
     n_runs, n_agents : int
-        Number of runs, and of agents in each.
+        Number of runs, and number of agents of each run.
     """
 
     path: Path
@@ -91,13 +91,13 @@ def freeze(
     Parameters
     ----------
     reference
-        STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run. Without it,
-        the file has the populations of all stored runs.
+        STUDY:CONDITION@GENERATION for the populations of all stored runs, or with [RUN] at the end
+        for the population of one run. For example "mine:evo/A@99[0]".
     agent
-        Number of an agent, from 0. The default is all agents.
+        Index of an agent, from 0. The default is all agents.
     out
-        The genome file to write, which ends in .nc. It has the genomes at birth, the experiment and
-        the origin.
+        Path of the genome file, which ends in .nc. The file has the genomes at birth, the
+        experiment, and the origin of the genomes: condition, seed, generation and runs.
     force
         Overwrite a file that this function did not write.
 
@@ -130,7 +130,7 @@ def freeze(
 
 
 def encode_population(population: StoredPopulation, agent: int | None = None) -> bytes:
-    """Return the bytes of a genome file with the genomes of all agents or of one, at birth."""
+    """Return the bytes of a genome file with genomes at birth. `agent`: None for all agents."""
     study, condition, generation, run = population
     experiment = study.experiment(condition)
     study.require_runs()
@@ -162,8 +162,8 @@ def encode_agents(
 ) -> bytes:
     """Return the bytes of a genome file with genomes at birth and their origin.
 
-    `genome`: [run, agent, module, weight]. `agent`: number of the agent, if `genome` has a single
-    one of the population.
+    `genome`: [run, agent, module, weight]. `agent`: index of the agent if `genome` has only one
+    agent of the population, else None.
     """
     origin: dict[str, Any] = {
         "condition": condition,
@@ -202,13 +202,13 @@ def _make_population(match: re.Match[str]) -> StoredPopulation:
 def add_founders(
     experiments: Sequence[BaseExperiment], references: Sequence[str], runs: int
 ) -> tuple[list[BaseExperiment], list[bytes]]:
-    """Return experiments whose first generation has the genomes that references name.
+    """Return experiments with founders, and the bytes of genome files that do not exist yet.
 
     `references`: STUDY:CONDITION@GENERATION, with [RUN] for the population of one run, or a genome
-    file (.nc, .npy). =SHARE at the end is the share of the first generation; without it, all
-    references have equal shares. Returns genome files of the populations of stored studies, which
-    are in memory only; see `baldwinlab.experiment.file.hold_contents`. Raises `RefusedError` if the
-    genomes do not fit an experiment.
+    file (.nc, .npy). =SHARE at the end is the fraction of the first generation that has these
+    genomes; the default is 1 / (number of references). The bytes are for
+    `baldwinlab.experiment.file.hold_contents`. Raises `RefusedError` if the genomes of a stored
+    study do not fit an experiment. `require_founders` checks genome files later.
     """
     founders: list[dict[str, Any]] = []
     contents: dict[str, bytes] = {}
@@ -219,6 +219,7 @@ def add_founders(
             contents[reference] = encode_population(population)
             sha256 = hash_content(contents[reference])
         elif match := GENOME_FILE_PATTERN.fullmatch(reference):
+            # With an empty hash, `replace` below computes the hash of the file.
             path, sha256 = match["path"], ""
         else:
             raise ArgumentError(
@@ -246,11 +247,11 @@ def _parse_share(text: str) -> float:
 
 
 class Origin(NamedTuple):
-    """The random numbers of a lifetime. Those of a .npy file are 0."""
+    """The key of the random numbers of lifetimes. A .npy file has 0, 0 and (0, 1, 2, ...)."""
 
     seed: int
     generation: int
-    runs: tuple[int, ...]  # Number of the run of each population of the file.
+    runs: tuple[int, ...]  # Index of the run of each population in the file.
 
 
 class FrozenGenomes(NamedTuple):
@@ -258,15 +259,15 @@ class FrozenGenomes(NamedTuple):
 
     path: Path
     genome: Genome  # [run, agent, module, weight]
-    # The experiment. Its population has the size of the file, and it has no founders.
+    # The experiment, with as many agents as the file has genomes per run, and without founders.
     experiment: BaseExperiment
     origin: Origin
 
     def population(self, run: int | None) -> tuple[Genome, int]:
-        """Return the genomes of a run and its number.
+        """Return the genomes [agent, module, weight] of a run, and the index of the run.
 
-        `run`: number of the run; the only run if None. A file with one run has its genomes in every
-        run. Returns genomes [agent, module, weight], and the number.
+        `run`: index of the run. None: the only run of the file. A file with one run has the same
+        genomes for every `run`.
         """
         runs = self.origin.runs
         if len(runs) == 1:
@@ -284,7 +285,7 @@ def read_frozen(
     map_name: str | None = None,
     assignments: Sequence[str] = (),
 ) -> FrozenGenomes:
-    """Read a genome file for a simulation of an experiment, by default that of the file."""
+    """Read a genome file for a simulation. `experiment`: None for the experiment of the file."""
     load_installed_parts()
     stored = read_genome_file(path)
     base = place_on_map(choose_experiment(stored, path, experiment), map_name)
@@ -311,7 +312,7 @@ def read_frozen(
 
 
 def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment) -> None:
-    """Check genes [run, agent, module, weight]. The network declares those that may be NaN."""
+    """Refuse genes [run, agent, module, weight] that are NaN, or infinite but not declared so."""
     if position := find_faulty_gene(experiment, genome):
         _, agent, module, gene = position
         raise RefusedError(
@@ -333,7 +334,7 @@ def read_genome_file(path: Path) -> StoredGenomes:
 def choose_experiment(
     stored: StoredGenomes, path: Path, experiment: str | Path | BaseExperiment | None
 ) -> BaseExperiment:
-    """Return the given experiment, preset or file; by default that of the genome file."""
+    """Return the given experiment, preset or experiment file, or for None that of `stored`."""
     if isinstance(experiment, BaseExperiment):
         return experiment
     if experiment is not None:
@@ -349,8 +350,8 @@ def choose_experiment(
 def place_on_map(experiment: BaseExperiment, map_name: str | None) -> BaseExperiment:
     """Return an experiment without founders, in the world of a map.
 
-    `map_name`: name of a map; None for the world of the experiment. The world is that of the same
-    learner if it has a preset on this map, else that of the first preset.
+    `map_name`: None for the world of the experiment. On map B, "evo/A" gets the world of "evo/B".
+    If there is no such preset, the world of the first preset on the map is used.
     """
     without_founders = experiment.replace(evolution={"founders": []})
     if map_name is None:
@@ -375,7 +376,7 @@ def _load_world(experiment: BaseExperiment, map_name: str) -> object:
 
 
 def _resize_population(experiment: BaseExperiment, n_agents: int) -> BaseExperiment:
-    """Return an experiment with another number of agents, which share a world or are alone."""
+    """Return an experiment with `n_agents` agents, alone if they were alone, else in one world."""
     if not isinstance(experiment, Experiment) or n_agents == experiment.population.size:
         return experiment.replace(population={"size": n_agents})
     is_alone = experiment.agents_per_world == 1

@@ -32,16 +32,16 @@ def load_installed_parts() -> None:
 
 
 def load(source: str | Path | xr.Dataset, variant: str = STANDARD_VARIANT) -> Experiment:
-    """Return an experiment by its name, from a file, or from a dataset that it produced.
+    """Return an experiment by its name, from a file, or from a dataset of its results.
 
     Parameters
     ----------
     source
         A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; a file
-        that ends in .toml; or a run, a replay, an assay or the data of a study. Of several
-        conditions, select one: `data.sel(condition="evo/A")`.
+        that ends in .toml; or a run, a replay, an assay or the data of a study. If a dataset has
+        several conditions, select one: `data.sel(condition="evo/A")`.
     variant
-        Name of a variant of the paper's model, whose settings are applied last.
+        Name of a variant of the paper's model. The settings of the variant are applied last.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def _read_experiment(dataset: xr.Dataset) -> Experiment:
 
 
 def _describe_choice(dataset: xr.Dataset) -> str:
-    """Return the choices as text: the names of the conditions, or a point of a sweep."""
+    """Return how to select one experiment: by the name of a condition, or as point of a sweep."""
     if "condition" not in dataset.coords:
         return "select one point of it"
     names = [str(name) for name in dataset.condition.values.ravel()]

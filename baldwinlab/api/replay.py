@@ -1,4 +1,4 @@
-"""Simulate one lifetime again: `bl.replay`, of an experiment or of the agents of a genome file."""
+"""Simulate one lifetime of an experiment or of the agents of a genome file again: `bl.replay`."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ def replay(
         An experiment from `load`, a preset or an experiment file. With `genome`, the default is the
         experiment of the genome file; a .npy file has none.
     genome
-        Genome file of `freeze` (.nc), or an array of NumPy (.npy), whose agents are simulated. By
-        default the agents are those of the experiment, which evolve to the generation.
+        Genome file of `freeze` (.nc), or array of NumPy (.npy), with the agents to simulate. By
+        default, the population of the experiment evolves to the generation.
     map
         With `genome`: name of a map, which replaces the world of the experiment.
     set
         With `genome`: settings that change, such as {"lifetime.steps": 500}.
     seed, run, generation
-        The random numbers of the lifetime, each 0 to 2**31 - 1. The default is 0; of a genome file,
-        the origin of the genomes. A genome file with several runs needs `run`.
+        Key of the random numbers of the lifetime, each 0 to 2**31 - 1. The default is 0, or for a
+        genome file the origin of the genomes. A genome file with several runs needs `run`.
     world
-        Number of a world of the population, from 0. The trace has the agents of this world, in the
-        first of their lifetimes.
+        Index of a world of the population, from 0. The trace has the first lifetime of the agents
+        in this world.
     energy
         Array (generation, agent) of the same run. With it, earlier generations are not simulated.
     force
@@ -63,17 +63,17 @@ def replay(
     -------
     xarray.Dataset
         The variables of `baldwinlab.core.variables.trace_variables`, with the dimensions `step` and
-        `agent`. With several worlds, the coordinate `agent` has the numbers of the agents in the
+        `agent`. With several worlds, the coordinate `agent` has the indices of the agents in the
         population.
 
     Raises
     ------
     ArgumentError
-        The seed or the number of the run, of the generation or of the world is out of range.
+        `seed`, `run`, `generation` or `world` is out of range.
     RefusedError
-        Neither an experiment nor a genome file is given, or options of the other; the file cannot
-        be read or does not fit the experiment; the model has no world; the run stops before the
-        generation; or too little memory is free.
+        Neither an experiment nor a genome file is given; an argument does not apply to what is
+        given; the file cannot be read or does not fit the experiment; the model has no world; the
+        run stops before the generation; or too little memory is free.
     ExperimentError
         There is no such preset, map or setting.
     """
@@ -110,8 +110,8 @@ def replay_frozen(
 ) -> xr.Dataset:
     """Simulate one lifetime of the genomes of a file, and record every step.
 
-    The default random numbers are those of the origin, which give the bits of the stored lifetime.
-    A file with several runs needs `run`.
+    By default, the random numbers are those of the origin, so the trace is bit-identical to the
+    stored lifetime. A file with several runs needs `run`.
     """
     genome, run_index = frozen.population(run)
     origin = frozen.origin

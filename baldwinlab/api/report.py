@@ -47,8 +47,9 @@ def report(
 ) -> Path:
     """Write the statistics, figures and page of a study, and print its results.
 
-    `Study.report` describes the arguments. `add_results` is called after the page of a study of
-    conditions is written. The page is then written again, with the results that it has added.
+    `Study.report` describes the other arguments. `add_results` adds results to the study, for
+    example assays. It is called after the page of a study of conditions is written. The page is
+    then written again. Returns the path of the page.
     """
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out
@@ -108,7 +109,7 @@ def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None)
 def _show_results(study: StudyStore, published: Published, page: Path) -> None:
     """Print the comparisons of the conditions and the claims.
 
-    A study of a paper whose claims have verdicts is printed without comparisons.
+    If a study of a paper has verdicts of claims, the comparisons are not printed.
     """
     has_verdicts = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
     if not (study.paper and has_verdicts):
@@ -123,13 +124,13 @@ def _show_results(study: StudyStore, published: Published, page: Path) -> None:
 
 @dataclass(frozen=True)
 class CustomClaims:
-    """User-defined claims about the conditions of a study."""
+    """User-defined claims about the conditions of a study, as a source for `Samples`."""
 
     claims: tuple[Claim, ...]
     study: StudyStore
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures of the model of a condition by name, None if it is not loaded."""
+        """Return the measures of the model of a condition, or None if the model is not loaded."""
         return self.study.experiments[name].measures
 
 
@@ -139,15 +140,15 @@ def evaluate_claims(
 ) -> list[ClaimResult]:
     """Evaluate claims about a study and print the verdicts. Nothing is written.
 
-    The p-values of all tests are corrected together.
+    The p-values of all tests are corrected together. Returns one result per claim.
 
-    `source`: TOML file with claims, or the name or folder of a paper. By default the paper that
-    defines the study. Raises `RefusedError` if no claims are given, and no paper defines the study.
+    `source`: TOML file with claims, or the name or folder of a paper; "" for the paper that defines
+    the study. Raises `RefusedError` if `source` is "" and no paper defines the study.
     """
     study.require_runs()
     title, claim_source = _select_claims(study, str(source))
     claim_conditions = set().union(*(claim.conditions for claim in claim_source.claims))
-    # Claims of another paper may name no condition of the study.
+    # Claims of another paper may name no condition of the study. Then all conditions are read.
     conditions = sorted(claim_conditions & set(study.experiments)) or list(study.experiments)
     samples = Samples(open_sample(study, conditions), last, claim_source)
     console.info_if_any(format_sample_sentence(study))

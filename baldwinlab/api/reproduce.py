@@ -1,4 +1,4 @@
-"""Reproduce a paper: its conditions, its assays and its report. Or reproduce all papers."""
+"""Reproduce one paper or all papers: run the conditions and assays, and write the report."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ class Reproduction:
     """A paper to reproduce, with changes of its settings."""
 
     paper: papers.Paper
-    # Number of runs of each condition, of generations of a run, and of steps of a forager's life.
-    # If None: the number in the paper.
+    # Number of runs of each condition, number of generations of a run, and number of steps of a
+    # forager's life. None: as in the paper.
     runs: int | None = None
     generations: int | None = None
     steps: int | None = None
@@ -74,7 +74,7 @@ class Reproduction:
 
     @property
     def changes(self) -> list[str]:
-        """Return the assignments, with those of the numbers of generations and of steps."""
+        """Return all changes, such as ["evolution.generations=20", "learning.rate=0.1"]."""
         values = {"evolution.generations": self.generations, "lifetime.steps": self.steps}
         lengths = [f"{path}={value}" for path, value in values.items() if value is not None]
         return [*lengths, *self.assignments]
@@ -86,7 +86,7 @@ class Reproduction:
 
     @property
     def folder_name(self) -> str:
-        """Return the default name of the directory: the paper, then each changed setting."""
+        """Return the paper, then each changed setting, such as "paper-generations20-seed1"."""
         words = [
             DEFAULT_PAPER_FOLDER if self.paper.name == papers.DEFAULT_PAPER else self.paper.name
         ]
@@ -193,7 +193,7 @@ def reproduce(
 
 
 def run_reproduction(request: Reproduction, options: RunOptions) -> StudyStore:
-    """Reproduce a paper for `bl.reproduce` and for the command. With stages: its confirmation."""
+    """Reproduce a paper. Return the study, or for a paper with stages that of the confirmation."""
     require_whole_number("last", request.last)
     require_whole_number("runs", request.runs_of_condition)
     require_whole_number("seed", request.seed)
@@ -234,7 +234,7 @@ def _plan_study(request: Reproduction, options: RunOptions) -> StudyRequest:
     experiments = [assign(original, request.changes) for original in originals]
     require_effect(experiments, originals)
     runs = request.runs_of_condition
-    # An assignment of the value that the paper has is not a change.
+    # Assignments of the values that the paper has change nothing, so the report names no change.
     changes = request.changes if experiments != originals else ()
     for sentence in describe_too_few_runs(experiments, paper, runs, request.directory):
         console.info(sentence)
@@ -261,7 +261,7 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
     runs = request.runs or (design.quick.runs if request.is_quick else paper.metadata.runs)
     if request.is_quick:
         design = design.shorten()
-    # More runs than those of the design would use runs of the confirmation.
+    # Runs after `design.tuning.runs` belong to the confirmation.
     tuning_runs = min(runs, design.tuning.runs)
     return StagedReproduction(
         paper,
@@ -276,12 +276,12 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
 
 
 def reproduce_all(folder: Path, request: Reproduction, options: RunOptions) -> Path:
-    """Reproduce every built-in paper, and compare them on one page, whose path is returned.
+    """Reproduce every built-in paper, compare the papers on one page, and return its path.
 
     A paper with stages is reproduced in its quick form, and a paper without foragers ignores the
     number of steps. A repeated call simulates only the missing runs and assays.
 
-    `folder`: has one folder per paper. `request`: the numbers of all papers.
+    `folder`: gets one folder per paper. `request`: options of all papers, except `paper` and `out`.
     """
     names = list(papers.built_in())
     for paper_number, name in enumerate(names, 1):
@@ -300,7 +300,7 @@ def reproduce_all(folder: Path, request: Reproduction, options: RunOptions) -> P
 
 
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Return whether all agents are those of "miniworld", whose number of steps is a setting."""
+    """Return whether all experiments have the model "miniworld", with `lifetime.steps`."""
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
@@ -321,7 +321,7 @@ def describe_too_few_runs(
 
 
 def select_assays(paper: papers.Paper) -> tuple[str, ...]:
-    """Return the names of the assays of a paper. Raises PaperError for a name of no assay."""
+    """Return the names of the assays of a paper. Raise PaperError for an unknown name."""
     names = paper.metadata.assays
     if names is None:
         return list_default_assays()
@@ -333,6 +333,7 @@ def select_assays(paper: papers.Paper) -> tuple[str, ...]:
 
 
 def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
+    """Return the conditions with their factors, for estimates before the study exists."""
     by_name = {experiment.name: experiment for experiment in experiments}
     factors = {name: value for name, value in paper.factors().items() if name in by_name}
     return PlannedStudy(by_name, factors)
@@ -341,10 +342,11 @@ def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> Plan
 def estimate_later_need(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
 ) -> Need:
-    """Estimate the memory and disk of the assays, by default on all cores, and of the report."""
+    """Estimate the memory and disk of assays and report. `workers`: None for one per core."""
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
     need = plan.need(runs, workers or available_cores(), select_assays(paper))
     tables_need = memory.estimate_tables([(experiment, runs) for experiment in experiments])
+    # The report replays a lifetime of the condition in the figure "emergence".
     replayed_experiment = by_name.get(paper.metadata.emergence, experiments[0])
     return need.add_later(tables_need).add_later(replay_memory(replayed_experiment))

@@ -64,20 +64,20 @@ def run(
     seed
         Seed of all random numbers, 0 to 2**31 - 1.
     out
-        Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
-        joins the names of the experiments by "-".
+        Directory of the study, or a URL that fsspec can open. By default a directory with the names
+        of the experiments, for example results/evo-A-evo-B.
     set
         Settings to change in all experiments, such as {"lifetime.steps": 100}.
     founders
         Genomes of the first generation: "STUDY:CONDITION@GENERATION", with "[RUN]" at the end for
-        the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the share of
-        the first generation that gets these genomes. By default the genomes are random.
+        the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the fraction
+        of the first generation that gets these genomes. By default the genomes are random.
     schedule
         Settings that change during a run, by generation: {50: {"learning.rule": "none"}}.
     callback
-        Called after each generation of each run, with the dataset of the run so far. Its attributes
-        `condition` and `run` name the run. One call runs at a time. Only with the executor
-        "threads".
+        Function that is called after each generation of each run, with the dataset of the run so
+        far. The attributes `condition` and `run` of the dataset name the run. Only one call runs at
+        a time. It needs the executor "threads".
     **options
         Fields of `RunOptions`.
 
@@ -91,7 +91,7 @@ def run(
     ExperimentError
         An experiment does not exist or is not valid, or a setting has no effect.
     ArgumentError
-        A number of runs, a seed or a number of workers is out of range.
+        `runs`, `seed` or `workers` is out of range.
     StudyError
         The directory holds another study.
     RefusedError
@@ -123,7 +123,7 @@ def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
 
 
 def _list_changes(schedule: Mapping[int, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the changes of a schedule by generation, in the form of an experiment file."""
+    """Return the changes as in an experiment file: [{"generation": 50, "motor.noise": 0.1}]."""
     numbered = {
         require_whole_number("generation", generation): settings
         for generation, settings in schedule.items()
@@ -149,7 +149,7 @@ def run_loaded(
 ) -> StudyStore:
     """Run experiments, changed by assignments, as one study, for `bl.run` and for the command.
 
-    If the runs are too few to compare the conditions, it prints a warning before the runs.
+    If the runs are too few to compare the conditions, a warning is printed before the first run.
     """
     if not loaded:
         raise RefusedError("a study needs at least one experiment")
@@ -168,6 +168,7 @@ def run_loaded(
     folder = "-".join(name.replace("/", "-") for name in names)
     directory = Path("results") / folder if out is None else parse_location(out)
     console.info_if_any(_describe_too_few(names, runs, baseline, directory))
+    # Genome files of founders from stored studies. They are in memory only.
     contents: list[bytes] = []
     if founders:
         experiments, contents = add_founders(experiments, founders, runs)

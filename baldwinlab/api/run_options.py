@@ -1,7 +1,7 @@
 """Options that functions of `bl` and commands share. An option is added here, and only here.
 
 A function of `bl` takes the options as keyword arguments, and a command as options of the command
-line. The docstrings of the two classes are the documentation of both.
+line. `AssayOptions` and `RunOptions` have the documentation for functions and commands.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class RunArguments(AssayArguments, total=False):
 def list_options(
     options_class: type[AssayOptions],
 ) -> Callable[[Callable[_Arguments, _Result]], Callable[_Arguments, _Result]]:
-    """Decorate a function with `**options`: list the options in its signature and docstring."""
+    """Return a decorator that lists `**options` in the signature and docstring of a function."""
 
     def decorate(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
         signature = _list_in_signature(inspect.signature(function), options_class)
@@ -113,7 +113,7 @@ def list_options(
 def _list_in_signature(
     signature: inspect.Signature, options_class: type[AssayOptions]
 ) -> inspect.Signature:
-    """Replace the argument `**options`, which is the last one, by the options."""
+    """Replace `**options`, which must be the last argument, by the single options."""
     *arguments, _ = signature.parameters.values()
     options = [
         inspect.Parameter(
@@ -129,6 +129,7 @@ def _list_in_signature(
 
 def _list_in_docstring(docstring: str, options_class: type[AssayOptions]) -> str:
     """Replace the entry `**options` of a docstring by the entries of the options."""
+    # Base classes come first, as in the signature. The entries follow the line under "Parameters".
     classes = [base for base in reversed(options_class.__mro__) if issubclass(base, AssayOptions)]
     entries = [inspect.cleandoc(base.__doc__ or "").partition("---\n")[2] for base in classes]
     before, _, after = docstring.partition("**options\n")
@@ -137,6 +138,6 @@ def _list_in_docstring(docstring: str, options_class: type[AssayOptions]) -> str
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:
-    """Return the need on this machine: without memory if the workers are remote."""
+    """Return the need of this machine, which is without memory if the workers are remote."""
     is_local = executor.name == THREADS.name
     return need if is_local else need._replace(memory=0)

@@ -1,4 +1,4 @@
-"""Create, open or extend a study and run its missing runs and assays, with a progress bar."""
+"""Create, open or extend a study. Run the missing runs and assays with a progress bar."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class StudyRequest:
     extra_files: Mapping[str, bytes] = field(default_factory=dict)
     # Memory and disk that the caller needs after the runs. The resource check includes them.
     later_need: Need = NO_NEED
-    first_run: int = 0
+    first_run: int = 0  # Index of the first run of each condition.
 
     @property
     def total_runs(self) -> int:
@@ -115,7 +115,7 @@ def _run_missing(
         return study
     _announce_runs(study, missing, request)
     curves = FitnessCurves()
-    # Other machines send no fitness.
+    # Only threads of this process report the fitness for the curves. Other executors do not.
     is_observed = console.console.is_terminal and execution.executor.name == THREADS.name
     with report_progress_on_error(
         request.directory, lambda: _describe_stored_runs(study, request.runs)
@@ -142,14 +142,14 @@ def _call_alone(lock: Lock, callback: Callback, dataset: xr.Dataset) -> None:
 
 
 def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
-    """Return the plan of execution of a study. Nothing is written."""
+    """Check a request and the free resources, and return its plan. Nothing is written."""
     execution = _check_request(request, options)
     _require_resources(request, execution, options.force)
     return execution
 
 
 def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
-    """Return the plan of execution. Raise ArgumentError for a number out of range."""
+    """Return the plan of a request. Raise ArgumentError for a number that is out of range."""
     require_whole_number("runs", request.runs, SEED_LIMIT - request.first_run)
     require_whole_number("seed", request.seed)
     executor = options.make_executor()
@@ -186,7 +186,7 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
 
 
 def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: bool) -> None:
-    """Raise RefusedError if the missing runs, or the work after them, need more than is free."""
+    """Raise RefusedError if too little memory or disk is free for the runs or the later work."""
     missing = [
         (experiment, count_missing_runs(request, experiment.name))
         for experiment in request.experiments
@@ -199,7 +199,7 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
 
 
 def count_missing_runs(request: StudyRequest, condition: str) -> int:
-    """Return the number of runs of a condition that are in no file."""
+    """Return the number of requested runs of a condition that no file of the study contains."""
     if not is_study(request.directory):
         return request.runs
     runs = set(range(request.first_run, request.first_run + request.runs))
@@ -267,7 +267,7 @@ def extend(
     """Run a stored study further, for `Study.extend`."""
     if runs is None:
         study.require_runs()
-        # A condition without runs does not count.
+        # Conditions can have different numbers of runs. One without runs counts as `default`.
         last_run = max(max(study.runs(name), default=0) for name in study.experiments)
         runs = last_run + 1 - study.first_run
     experiments = study.experiments
@@ -292,7 +292,7 @@ def extend(
 
 @contextmanager
 def report_progress_on_error(directory: Path, describe_stored: Callable[[], str]) -> Iterator[None]:
-    """State the number of stored results in the message of an interruption."""
+    """Add the number of stored results to the message if the context is interrupted."""
     try:
         yield
     except KeyboardInterrupt:
@@ -312,7 +312,7 @@ def _resume_message(stored: str) -> str:
 
 
 class RemainingTime:
-    """Estimate of the time left for all studies, from the speed of the studies that are done."""
+    """Estimate of the time left for all studies. `amounts`: missing work of each, in `unit`."""
 
     def __init__(self, amounts: Sequence[int], unit: str = "agent-steps") -> None:
         self._amounts = amounts
@@ -321,7 +321,7 @@ class RemainingTime:
         self._start = time.monotonic()
 
     def announce(self, title: str) -> None:
-        """Print the title of the next study, and the time left for it and all later studies."""
+        """Print the title of the next study, and the time left for this and all later studies."""
         done = sum(self._amounts[: self._n_begun])
         left = sum(self._amounts[self._n_begun :])
         self._n_begun += 1
@@ -338,8 +338,8 @@ def run_missing_assays(
     """Run the missing assays of a study on the CPU.
 
     `generations`: number of generations of the branches of a fork, at least 1. The default is 20.
-    Without this argument, a stored fork with another number remains. Raises StudyError for a name
-    of no assay.
+    If the argument is None, a stored fork with another number is not run again. Raises StudyError
+    for an unknown name.
     """
     require_branch_length(generations, names)
     executor = options.make_executor()
@@ -382,7 +382,7 @@ def run_missing_assays(
 
 @check_numbers
 def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
-    """Raise ArgumentError for generations without an assay with branches."""
+    """Raise ArgumentError if `generations` is given, and no named assay has branches."""
     has_branches = any(assay.with_branches for assay in get_assays(names))
     if generations is not None and not has_branches:
         raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

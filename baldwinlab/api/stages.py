@@ -1,4 +1,7 @@
-"""Reproduce a paper in stages: tuning, confirmation and specification curve."""
+"""Reproduce a paper in stages: tuning, confirmation and specification curve.
+
+The tuning chooses values of settings, and the confirmation evaluates the claims with these values.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +73,7 @@ class StagedReproduction:
     last: int = 10  # Number of final generations that are averaged in each run.
 
     def tuning_request(self, grid: TuningGrid, value: float) -> StudyRequest:
-        """Return the study of a value of a grid."""
+        """Return the request for the study of one value of a tuning grid."""
         conditions = tuning_conditions(self.paper, self.design, grid, self.maps, value)
         folder = Path(TUNING_FOLDER) / grid.folder(value)
         return self._make_request(conditions, folder, self.design.tuning.runs)
@@ -78,13 +81,13 @@ class StagedReproduction:
     def confirmation_request(
         self, tuned: TunedSettings, digests: Mapping[str, str] = MappingProxyType({})
     ) -> StudyRequest:
-        """Return the study of the confirmation.
+        """Return the request for the study of the confirmation.
 
         `digests`: SHA-256 of the claims and of the tuned values. A new study stores them.
         """
         conditions = confirmation_conditions(self.paper, self.design, self.maps, tuned)
         request = self._make_request(conditions, Path(CONFIRMATION_FOLDER), self.runs)
-        # The digests are those of the first call.
+        # A repeated call must not replace the digests of the first call.
         is_new = not is_study(request.directory)
         files = {FROZEN_FILE: json.dumps(dict(digests), indent=2).encode()} if is_new else {}
         # The studies of the other stages evaluate no claims.
@@ -97,7 +100,7 @@ class StagedReproduction:
         )
 
     def specifications_request(self) -> StudyRequest:
-        """Return the study of the specification curve."""
+        """Return the request for the study of the specification curve."""
         conditions = specification_conditions(self.paper, self.design)
         runs = self.design.specification_curve.runs
         return self._make_request(conditions, Path(SPECIFICATIONS_FOLDER), runs)
@@ -116,13 +119,14 @@ class StagedReproduction:
 
 
 def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudyStore:
-    """Run all that is missing in the stages, and write the report of the confirmation."""
+    """Run what is missing in the stages. Return the study of the confirmation, with its report."""
     design = reproduction.design
     grid_values = [(grid, value) for grid in design.tuning.grids for value in grid.values]
     tuning = [reproduction.tuning_request(grid, value) for grid, value in grid_values]
-    # The chosen values do not change the number of agent-steps.
+    # The tuned values are not known yet. They do not change the number of agent-steps.
     confirmation = reproduction.confirmation_request({})
     specifications = reproduction.specifications_request()
+    # All requests are checked before the first study is written. The plans are made again later.
     for request in (*tuning, confirmation, specifications):
         require_request(request, options)
     clock = RemainingTime(
@@ -147,6 +151,7 @@ def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudySt
 
 
 def _run_assayed(request: StudyRequest, options: RunOptions) -> StudyStore:
+    """Run the missing runs of a study and its assay `UNSEEN_MAPS`."""
     study = run_missing(request, options)
     run_missing_assays(study, [UNSEEN_MAPS], options)
     return study
@@ -157,7 +162,7 @@ def _choose_tuned(
     stores: Sequence[StudyStore],
     reproduction: StagedReproduction,
 ) -> dict[str, dict[str, float]]:
-    """Return the best value of each tuned condition, from the stored tuning runs."""
+    """Return the best values by condition, such as {"evo/A": {"learning.rate": 0.1}}."""
     console.info("choosing the best value of each condition")
     medians = {
         (grid.name, value): measure_medians(open_conditions(study, list(study.experiments)))
@@ -167,6 +172,7 @@ def _choose_tuned(
     for grid in reproduction.design.tuning.grids:
         chosen = choose_values({value: medians[grid.name, value] for value in grid.values})
         for condition, map_name in product(grid.conditions, reproduction.maps):
+            # The chosen value can be for another condition of the confirmation.
             target = join_map(grid.target or condition, map_name)
             tuned[target] = {grid.field: chosen[join_map(condition, map_name)]}
     return tuned
@@ -175,7 +181,7 @@ def _choose_tuned(
 def _freeze_tuned(
     measured: dict[str, dict[str, float]], reproduction: StagedReproduction
 ) -> tuple[TunedSettings, dict[str, str]]:
-    """Write the measured values. Return the committed or else the measured values, and digests."""
+    """Write the measured values. Return those in the paper, or else these, and SHA-256 by file."""
     paper = reproduction.paper
     comment = f"Best values by the runs 0 to {reproduction.design.tuning.runs - 1} of the tuning."
     path = reproduction.directory / TUNED_FILE
@@ -214,7 +220,8 @@ def measure_medians(data: xr.Dataset) -> dict[str, float]:
 
 
 def choose_values(medians: Mapping[float, Mapping[str, float]]) -> dict[str, float]:
-    """Choose the value with the largest median for each condition."""
+    """Choose the value with the largest median of each condition. `medians`: [value][condition]."""
+    # Of equal medians, `argmax` selects the smallest value.
     values = sorted(medians)
     conditions = list(medians[values[0]])
     return {

@@ -59,7 +59,7 @@ class Study(StudyRuns):
     """
 
     def __reduce__(self) -> Any:
-        # Another process, with another working directory, opens the same directory.
+        # A process with another working directory must open the same directory.
         directory = self.directory
         location = str(directory.absolute()) if is_local(directory) else str(directory)
         return open_study, (location,)
@@ -126,7 +126,7 @@ class Study(StudyRuns):
         Returns
         -------
         xarray.Dataset
-            The variables of the assay, with their units and meanings in `attrs`. Without
+            The variables of the assay. `attrs` of a variable has the unit and meaning. Without
             `condition` it has the dimension `condition`, with the conditions to which the assay
             applies.
 
@@ -180,7 +180,7 @@ class Study(StudyRuns):
             - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for
               foragers).
             - `effect`: median of `condition_a` minus median of `condition_b`, in the same unit;
-              `low`, `high`: its 95 % bootstrap interval.
+              `low`, `high`: 95 % bootstrap interval of `effect`.
             - `u`, `p`: statistic and two-sided p-value of the Mann-Whitney test.
             - `p_holm`: p-value corrected for all rows by Holm's method.
             - `a12`: probability that a run of `condition_a` exceeds one of `condition_b`, 0 to 1.
@@ -261,8 +261,8 @@ class Study(StudyRuns):
         ArgumentError
             `last` is less than 1.
         RefusedError
-            Too little memory is free; `out` is a file of another program; or the study is a sweep
-            or a multiverse, which has no baseline or no claims.
+            Too little memory is free; `out` is a file of another program; `baseline` is given for a
+            multiverse; or `paper` is given for a sweep or a multiverse.
         """
         # Imported late: loading the figures takes a while.
         from baldwinlab.api.report import report
@@ -287,12 +287,12 @@ class Study(StudyRuns):
         """Write the study in a format of third-party tools, as the command `export` does.
 
         docs/how-to/python.md lists the formats and their options. Parquet, CSV and Zarr files have
-        the results of all runs, and no more than a part of them is in memory at a time.
+        the results of all runs. Only a part of these results is in memory at a time.
 
         Parameters
         ----------
         path
-            The file to write. The format "ro-crate" has none.
+            The file to write. The format "ro-crate" needs no path.
         format
             Name of a format. By default, the suffix of `path` selects it.
         force

@@ -67,7 +67,7 @@ class StudyRuns:
         Returns
         -------
         Experiment
-            Its settings.
+            The settings of the condition.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class StudyRuns:
         return self._store.experiment(condition)
 
     def runs(self, condition: str) -> list[int]:
-        """Return the numbers of the stored runs of a condition.
+        """Return the indices of the stored runs of a condition.
 
         Parameters
         ----------
@@ -87,13 +87,14 @@ class StudyRuns:
         Returns
         -------
         list of int
-            Numbers, from 0, in ascending order.
+            Indices in ascending order, for example [0, 1, 2].
 
         Raises
         ------
         StudyError
             The study has no such condition.
         """
+        # Raises StudyError for an unknown condition.
         self.experiment(condition)
         return self._store.runs(condition)
 
@@ -109,21 +110,21 @@ class StudyRuns:
         -------
         xarray.Dataset
             The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions
-            `condition`, `run`, `generation` and `agent`. All files are verified, and values are
-            read when they are used, as those of `xarray.open_dataset`. `data.load()` reads all
-            values. Missing values are NaN: conditions can differ in their numbers of runs,
-            generations or agents, and a run that stopped has no later generations. If runs can
-            stop, the coordinate `n_generations` (condition, run) is the number of simulated
-            generations. `experiment` is each condition as TOML. `learner`, `map` and `variant` are
-            coordinates of `condition` if a condition has them. Write `data["map"]`: `data.map` is a
-            method of xarray. The attributes of a variable are its `units` and `long_name`. The
-            attributes of the dataset are the `seed` of the study and the `outcome`, the name of the
-            fitness, for example "items eaten".
+            `condition`, `run`, `generation` and `agent`. All files are verified. Values are read
+            when they are used, as with `xarray.open_dataset`. `data.load()` reads all values.
+            Missing values are NaN: conditions can differ in the number of runs, generations or
+            agents, and a run that stopped has no later generations. If runs can stop, the
+            coordinate `n_generations` (condition, run) is the number of simulated generations. The
+            variable `experiment` (condition) has the settings as TOML. `learner`, `map` and
+            `variant` are coordinates of `condition` if a condition has them. Write `data["map"]`:
+            `data.map` is a method of xarray. The attributes of a variable are `units` and
+            `long_name`. The attributes of the dataset are the `seed` of the study and the
+            `outcome`, the name of the fitness, for example "items eaten".
 
-            For all conditions of a sweep, a grid has one dimension per swept setting instead of
-            `condition`. Another design has the dimension `point` with the settings as coordinates.
-            The attributes are `design`, `fields`, `base` (the swept experiment), `set` (its changed
-            settings) and `seed`.
+            If `conditions` is None, a sweep has no dimension `condition`. A grid has one dimension
+            per swept setting. Another design has the dimension `point` with the settings as
+            coordinates. The attributes are `design`, `fields`, `base` (the swept experiment), `set`
+            (the settings that differ from `base` in all points) and `seed`.
 
         Raises
         ------
@@ -153,11 +154,11 @@ class StudyRuns:
         condition
             Name of a condition. A study with one condition does not need it.
         run
-            Number of a stored run, from 0.
+            Index of a stored run, from 0.
         generation
-            Number of a generation, from 0.
+            Index of a generation, from 0.
         world
-            Number of a world of the population, from 0, whose agents are recorded.
+            Index of a world of the population, from 0. The agents of this world are recorded.
         force
             Run even if less memory is free than the estimate.
 
@@ -182,7 +183,7 @@ class StudyRuns:
         if isinstance(experiment, Experiment) and experiment.population.species:
             require_generation(experiment, generation)
             record = self._store.record(condition, run)
-            # A simulation of the earlier generations takes longer than the stored genomes.
+            # With species, `replay` simulates all earlier generations. Stored genomes are faster.
             return replay_genomes(
                 experiment,
                 restore_genomes(experiment, record, generation),
@@ -216,14 +217,14 @@ class StudyRuns:
     ) -> xr.DataArray:
         """Return the genomes of one generation of a stored run.
 
-        Genomes that are not stored are computed again from the last stored generation before them.
+        Genomes that are not stored are computed again from the previous stored generation.
 
         Parameters
         ----------
         run, generation
-            Numbers, from 0.
+            Index of a stored run, and index of a generation, from 0.
         agent
-            Number of an agent, or several numbers, from 0. By default all agents.
+            Index of an agent, or several indices, from 0. By default all agents.
         condition
             Name of a condition. A study with one condition does not need it.
 
@@ -260,7 +261,7 @@ class StudyRuns:
         Parameters
         ----------
         run, generation, agent
-            Numbers, from 0.
+            Index of a stored run, of a generation, and of an agent, each from 0.
         condition
             Name of a condition. A study with one condition does not need it.
         module
@@ -269,7 +270,7 @@ class StudyRuns:
         Returns
         -------
         AgentNetwork
-            Call it with inputs, an array [input] or [step, input], to get the outputs.
+            A call with inputs, an array [input] or [step, input], returns the outputs.
 
         Raises
         ------
@@ -332,8 +333,8 @@ class StudyRuns:
         -------
         xarray.DataTree
             The group `observed_data` has `best` and `mean`, the fitness of the best and of the
-            average agent, and `share`, the share of agents that eat (0 to 1), by condition and run.
-            Missing runs are NaN.
+            average agent, and `share`, the fraction of agents that eat (0 to 1). Each has the
+            dimensions `condition` and `run`. Missing runs are NaN.
 
         Raises
         ------

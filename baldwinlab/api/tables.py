@@ -1,4 +1,4 @@
-"""Print the results of a study as tables on the terminal."""
+"""Tables of results on the terminal, for `report` and for the command line."""
 
 from __future__ import annotations
 
@@ -61,6 +61,7 @@ def show_contrasts(contrasts: Contrasts) -> None:
             console.info(sentence)
         console.console.print(make_contrasts_table(contrasts))
         notes = [contrast.note for contrast in contrasts.rows]
+        # Only the notes of printed comparisons are printed, so `notes` can be longer.
         for cells, note in zip(list_cells(contrasts)[:MAX_COMPARISONS], notes, strict=False):
             if note:
                 console.info(f"{cells['condition']}, {cells['context']}: {note}")
@@ -109,7 +110,7 @@ def make_claims_table(
 
 
 def _format_result(record: dict[str, Any]) -> str:
-    """Return, for example, "282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 more"."""
+    """Return, for example, "282.4 [212, 293.2], p 1.9e-08, A12 0.95 (claim of the paper)"."""
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:
@@ -138,6 +139,7 @@ def make_variants_table(multiverse: Multiverse) -> Table:
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
+    # "hold": number of claims that hold. "distance": distance of the results from the paper.
     for heading in ("variant", *(claim.id for claim in multiverse.claims), "hold"):
         table.add_column(heading, no_wrap=True)
     table.add_column("distance", justify="right")

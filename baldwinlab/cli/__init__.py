@@ -14,8 +14,8 @@ from baldwinlab.cli.options import OVERVIEW, app, read_docstring
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
-# The arguments of each command in its help, by the groups of `baldwinlab --help`. A command is the
-# function of the same name in the module of the same name.
+# The arguments that the help of each command shows, by the groups of `baldwinlab --help`. The
+# command "run" is the function `run` in the module `run`.
 GROUPS: Final[dict[str, dict[str, str]]] = {
     "Run": {
         "reproduce": "[PAPER]",
@@ -44,7 +44,7 @@ GROUPS: Final[dict[str, dict[str, str]]] = {
     },
 }
 COMMANDS: Final = [name for commands in GROUPS.values() for name in commands]
-# Python has a function `list`.
+# Commands whose function has another name, because `list` would hide the function of Python.
 FUNCTION_NAMES: Final = {"list": "list_names"}
 # The exit statuses of the command line.
 FAILURE_STATUS: Final = 1
@@ -53,7 +53,7 @@ INTERRUPTED_STATUS: Final = 130
 
 
 def _join_lines(paragraph: str) -> str:
-    """Join the lines of a paragraph. The lines of an example, which is indented, stay separate."""
+    """Join the lines of a paragraph, but not the lines of an example, which are indented."""
     is_example = paragraph.startswith("    ")
     return paragraph if is_example else " ".join(paragraph.split())
 
@@ -87,7 +87,7 @@ def main() -> None:
             return
         app(sys.argv[1:])
     except ArgumentError as error:
-        # The attribute is a sentence about an option, the text one about a Python argument.
+        # `error.option` names the option of the command, and `str(error)` the argument in Python.
         _fail(error.option, USAGE_ERROR_STATUS)
     except InterruptedStudyError as error:
         _fail(str(error), FAILURE_STATUS)
@@ -110,7 +110,7 @@ def _describe_os_error(error: OSError) -> str:
 def _ignore_local_matplotlibrc() -> None:
     """Ignore the settings file of Matplotlib in the working directory, if it exists."""
     if Path("matplotlibrc").exists():
-        # Matplotlib reads the settings file of the working directory when it is imported.
+        # Importing Matplotlib reads the file in the working directory, so it is imported elsewhere.
         with chdir(Path(__file__).parent):
             import matplotlib  # noqa: F401
 

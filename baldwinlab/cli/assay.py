@@ -71,7 +71,7 @@ def assay(
 
 
 def _select_assays(names: tuple[str, ...], more_names: str | None, start: str) -> list[str]:
-    """Return the names of the assays. `fork` becomes the fork that begins from `start`."""
+    """Return the names of the selected assays. `start` selects the kind of the assay `fork`."""
     split_names = [] if more_names is None else [name.strip() for name in more_names.split(",")]
     unique_names = list(dict.fromkeys([*names, *split_names]))
     selected_assays = unique_names or list(DEFAULT_ASSAYS)

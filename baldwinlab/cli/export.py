@@ -109,7 +109,7 @@ def _require_lesson_folder(folder: Path, *, force: bool) -> None:
 
 
 def _load_experiments(source: str, assignments: Sequence[str]) -> tuple[list[Experiment], int]:
-    """Return the experiments and the seed of a study; or a single experiment and the seed 0."""
+    """Return experiments and seed of a study, or one experiment and the seed 0 of other sources."""
     if is_study(Path(source)):
         store = StudyStore(Path(source))
         seed = store.seed
@@ -171,7 +171,7 @@ def _list_option_types() -> dict[str, Any]:
     for format in FORMATS.values():
         for option in format.options:
             types[option.name] = _make_optional(option.type)
-            # Formats with the same text share it.
+            # {option: {help text: [formats]}}. Formats with the same text appear in one sentence.
             helps.setdefault(option.name, {}).setdefault(option.help, []).append(format.name)
     for name, formats_of_help in helps.items():
         text = " ".join(f"{', '.join(users)}: {help}" for help, users in formats_of_help.items())
@@ -180,7 +180,7 @@ def _list_option_types() -> dict[str, Any]:
 
 
 def _make_optional(kind: Any) -> Any:
-    """Return the type of an option that can be omitted. An annotated type is one already."""
+    """Return the type of an option that can be omitted. An annotated type already allows None."""
     return kind if get_origin(kind) is Annotated else kind | None
 
 
@@ -251,7 +251,7 @@ def export(
 
 
 def _require_source(source: str, format: ExportFormat) -> None:
-    """Raise RefusedError if a study or preset is missing, or has no effect."""
+    """Raise RefusedError if the source is missing, or if the format uses no source."""
     if source and not format.source:
         raise RefusedError(
             f"{source} does not apply to --format {format.name}: its experiments are fixed"
@@ -263,7 +263,10 @@ def _require_source(source: str, format: ExportFormat) -> None:
 
 
 def _add_options() -> None:
-    """Replace `**options` in the signature of the command by the options of all formats."""
+    """Replace `**options` in the signature of the command by the options of all formats.
+
+    Cyclopts reads the signature and the annotations.
+    """
     types = _list_option_types()
     own_signature = signature(export)
     parameters = [

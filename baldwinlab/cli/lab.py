@@ -32,13 +32,10 @@ MAX_PORT = 65535
 ROOT_PATH_PATTERN: Final = re.compile(r"(/[\w.~@-]+)*/?", re.ASCII)
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
 PAGE_SECONDS = 1.5
-"""Time from the start of the server to the start of the engine and of other imports.
-
-The page loads in this time.
-"""
+"""Time that the page has for loading, before the engine and other imports use the processor."""
 
 PRESETS_DELAY_SECONDS = 5
-"""Time until the presets are loaded. The first page needs the processor before."""
+"""Time from these imports to the loading of the presets, in which the first page is drawn."""
 
 
 def lab(
@@ -74,7 +71,7 @@ def lab(
         raise RefusedError(
             f"{directory}: the lab shows local folders only. Copy the study to this machine."
         )
-    # The default folder may not exist: a new user has no results yet and may start a live run.
+    # A new user has no folder of results yet, but can start a live run.
     if directory != DEFAULT_FOLDER and not directory.is_dir():
         raise RefusedError(
             f"{directory} does not exist. Give the folder of a study, or one that holds studies."
@@ -105,9 +102,9 @@ def lab(
 
 
 def read_root_path(text: str) -> str:
-    """Return the path of a proxy without a slash at its end. Raise RefusedError for another text.
+    """Return the path of a proxy, such as "/lab" for "/lab/" and "" for "/".
 
-    The path of a proxy at the root of its host is "".
+    Raise RefusedError if the text is no path.
     """
     if not ROOT_PATH_PATTERN.fullmatch(text):
         raise RefusedError(
@@ -124,8 +121,8 @@ def open_listener(port: int) -> socket.socket:
     listener = socket.socket()
     try:
         if os.name == "posix":
-            # Without this option, a port cannot be used for a minute after the lab is closed. On
-            # Windows the option has another meaning.
+            # With this option, a new lab can use the port immediately after a lab is closed. On
+            # Windows, the option would let two processes use one port at the same time.
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((LAB_HOST, port))
         listener.listen()
@@ -142,8 +139,8 @@ def open_listener(port: int) -> socket.socket:
 
 
 def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
-    """Serve the pages until Ctrl-C, also while the engine compiles. The options: see `make_app`."""
-    # Imported late: the lab needs the packages of an extra, and takes a while to load.
+    """Serve the pages until Ctrl-C, also while the engine compiles. `options`: see `make_app`."""
+    # Imported late, because the lab needs the packages of an extra, and takes a while to load.
     from baldwinlab.lab.server.app import make_app, make_server
 
     warm_up_thread = threading.Thread(target=_warm_up)
@@ -155,7 +152,7 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
     server = make_server(make_app(directory, is_engine_ready=is_engine_ready, **options))
     warm_up_thread.start()
     threading.Thread(target=_preload, args=[has_loaded], daemon=True).start()
-    # The server raises KeyboardInterrupt again after its end.
+    # After Ctrl-C, the server first stops and then raises KeyboardInterrupt.
     with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
     console.info("The lab is closed.")
@@ -163,7 +160,6 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
 
 
 def _warm_up() -> None:
-    """Compile the engine, or load the compiled engine."""
     time.sleep(PAGE_SECONDS)
     try:
         seconds = compile_experiments([Experiment()])
@@ -175,7 +171,7 @@ def _warm_up() -> None:
 
 
 def _preload(has_loaded: threading.Event) -> None:
-    """Load what the first page needs, while the browser starts. Set the event for its world."""
+    """Load modules and presets while the browser starts. Set `has_loaded` after the modules."""
     time.sleep(PAGE_SECONDS)
     try:
         # These imports take seconds.
@@ -191,7 +187,7 @@ def _preload(has_loaded: threading.Event) -> None:
 def _exit_process() -> None:
     """End the process even if threads still run, such as the compiler or a replay."""
     other_threads = set(threading.enumerate()) - {threading.main_thread()}
-    # Python waits for threads that are not daemons before it ends a process.
+    # Normally, Python waits for all threads that are not daemons before it ends a process.
     if not all(thread.daemon for thread in other_threads):
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:

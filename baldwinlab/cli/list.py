@@ -135,7 +135,6 @@ def _list_parts() -> None:
 
 
 def _read_summary(address: str) -> str:
-    """Return the first line of the docstring of a class."""
     return read_docstring(address).partition("\n")[0]
 
 

@@ -76,9 +76,10 @@ def multiverse(
     """Test the claims of a paper under every variant of its model.
 
     A variant changes one choice that the paper leaves open. With 8 runs of each condition, a
-    difference between all pairs of runs is significant (p = 0.003) after the correction for all
-    tests of a variant. With fewer than 6 runs, no difference can be significant. If the directory
-    is in a study of the paper (the default), the report of this study also shows the variants.
+    difference is significant (p = 0.003, after the correction for all tests of a variant) if each
+    run of one condition exceeds each run of the other. With fewer than 6 runs, no difference can be
+    significant. By default, the directory is in the study of the paper. The report of this study
+    then also shows the variants.
 
     For example:
 

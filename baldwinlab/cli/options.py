@@ -1,4 +1,4 @@
-"""The application, and the arguments and options that several commands share."""
+"""The command-line application of cyclopts, and the options that several commands share."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ Studies are written to results/ in the working directory."""
 
 # The folder that contains the package.
 PACKAGE_PARENT: Final = Path(__file__).parents[2]
-# Larger integers may exceed 64 bits.
+# Integers with more digits may exceed 64 bits.
 MAX_DIGITS: Final = 18
 # The types of arguments that are whole numbers.
 INTEGERS: Final = (int, int | None)
@@ -60,14 +60,14 @@ def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
 
 
 def _format_default(value: Any) -> str | None:
-    """Return a default for the help. The text of an option describes an empty default."""
+    """Return a default for the help; None for an empty default, which the help text describes."""
     return None if value is False or value in (None, "", ()) else str(value)
 
 
 def _require_decimal_integers(
     app: App, commands: Sequence[str], arguments: ArgumentCollection
 ) -> None:
-    """Refuse 1.5, which cyclopts would round, and hexadecimal numbers, for all integers."""
+    """Refuse integers such as 1.5, which cyclopts would round, and 0x10."""
     for argument in arguments:
         for token in argument.tokens if argument.hint in INTEGERS else ():
             if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", token.value):
@@ -76,7 +76,7 @@ def _require_decimal_integers(
 
 
 def _format_error(error: CycloptsError) -> str:
-    """Return one sentence: the error in the words of a command, and the usage of the command."""
+    """Return an error as one sentence. For arguments, the usage of the command follows."""
     if isinstance(error, UnknownCommandError) and error.unused_tokens:
         unknown_command = error.unused_tokens[0]
         commands = [command for command in app if not command.startswith("-")]
@@ -119,15 +119,15 @@ app = App(
     default_parameter=Parameter(negative="", show_default=_format_default),
     config=_require_decimal_integers,
     suppress_keyboard_interrupt=False,
-    # Loading a Markdown renderer takes a while.
+    # Other formats would load a renderer, which takes a while.
     help_format="plaintext",
 )
-# A large key, so that the options follow the groups of commands.
+# In the help, the groups have the order of their keys. The options come last.
 _options = Group("Options", sort_key=99)
 for _flag in ("--help", "--version"):
     app[_flag].group = _options
 
-# The fields of a dataclass as options.
+# Annotation of a dataclass. Each field of the dataclass then becomes an option.
 FIELDS: Final = Parameter(name="*")
 
 Experiment = Annotated[
@@ -135,7 +135,7 @@ Experiment = Annotated[
     Parameter(help="A preset, such as evo+self-taught/B, or an experiment file (.toml)."),
 ]
 LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
-# The value is a Path, or an object of fsspec for a URL.
+# The value is a Path, or for a URL an object of fsspec.
 Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
 Out = Annotated[Any, Parameter(converter=_read_location)]
 Runs = Annotated[int, Parameter(help="Number of independent runs of each condition.")]
@@ -187,7 +187,10 @@ Force = Annotated[
 
 
 def read_docstring(address: str) -> str:
-    """Return the docstring of "MODULE:NAME". Read it from the file: an import takes seconds."""
+    """Return the docstring of a function or class, such as "baldwinlab.cli.run:run".
+
+    The docstring is read from the file, because importing the module takes seconds.
+    """
     module, _, name = address.partition(":")
     path = PACKAGE_PARENT / module.replace(".", "/")
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
@@ -199,12 +202,12 @@ def read_docstring(address: str) -> str:
 
 def load_parts(files: Sequence[Path] | None) -> None:
     """Register the parts of installed packages and of `files`, before any experiment is read."""
-    # Imported late: `--help` needs no experiments.
+    # Imported late, because `--help` needs no experiments.
     from baldwinlab.api.load import load_installed_parts
 
     load_installed_parts()
     if files:
-        # Imported late: loading the engine takes a while.
+        # Imported late, because loading the engine takes a while.
         from baldwinlab.parts import load_file
 
         for file in files:

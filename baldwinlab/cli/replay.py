@@ -146,10 +146,10 @@ def _require_study_options(
 def _replay_stored(
     store: StudyStore, condition: str | None, life: dict[str, int], out: Path, force: bool
 ) -> tuple[xr.Dataset, Experiment]:
-    """Return the trace and the experiment of a stored lifetime, a run, generation and world."""
+    """Return the trace and the experiment of a stored lifetime. `life`: run, generation, world."""
     condition = select_condition(store, condition)
     experiment = store.experiment(condition)
-    # `replay` raises the error for a model without a world.
+    # For a model without a world, `replay` below raises the error.
     if isinstance(experiment, Experiment):
         _require_disk_space(experiment, out, force)
     return Study(store).replay(condition, **life, force=force), experiment
@@ -157,7 +157,7 @@ def _replay_stored(
 
 def _require_disk_space(experiment: Experiment, out: Path, force: bool) -> None:
     """Raise RefusedError if a trace is too large for its format or for the disk."""
-    # Movies and pictures are small.
+    # Only traces are large, not movies and pictures.
     if out.suffix == ".nc":
         require_storable(
             trace_variables(experiment), dimension_sizes(experiment), f"a life of {experiment.name}"

@@ -110,7 +110,7 @@ def report(
 
 
 def _require_unused(values: Mapping[str, object], context: str) -> None:
-    """Raise RefusedError for an option that does not apply. `values` are by option."""
+    """Raise RefusedError if an option has a value. `values`: {"--baseline": "evo/A", ...}."""
     for option, value in values.items():
         if value:
             raise RefusedError(f"{option} does not apply to {context}. Remove the option.")
@@ -119,9 +119,9 @@ def _require_unused(values: Mapping[str, object], context: str) -> None:
 def _report_claims(
     study: StudyStore, source: str, last: int, out: Path | None, *, force: bool, json: bool
 ) -> None:
-    """Print the verdicts on the claims of a file, of a paper, or "" for the study's paper."""
+    """Evaluate claims and print the verdicts. `source`: a file, a paper, or "" for the study's."""
     if out:
-        # Every file of verdicts contains this key.
+        # The command may overwrite a file with this key, because every file of verdicts has it.
         require_writable("--out", out, b'"p_holm"', force=force)
     records = [result.record() for result in evaluate_claims(study, source, last=last)]
     if json:

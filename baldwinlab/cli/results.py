@@ -20,10 +20,10 @@ GALLERY_FILES: Final = {"answers": "gallery.json", "papers": "papers.json"}
 def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None:
     """Print the results of a study as JSON.
 
-    These are the comparisons of the conditions, the claims, and the results on the Baldwin effect
-    and of a multiverse, if they are stored.
+    The results are the comparisons of the conditions, the claims, and the stored results on the
+    Baldwin effect and of a multiverse.
     """
-    # Imported late: SciPy's statistics take a while to load.
+    # Imported late, because SciPy's statistics take a while to load.
     from baldwinlab.api.publish.comparisons import compare_study, record_contrasts
 
     result = {

@@ -37,6 +37,7 @@ def show(
     toml = to_toml(changed)
     has_name_of_preset = changed.name == original.name and not presets.is_file(experiment)
     if has_name_of_preset:
-        # The first line is the name. As a comment, it does not name an edited file like the preset.
+        # The first line is the name. It becomes a comment, because a user edits the file, and the
+        # edited experiment must not have the name of the preset.
         toml = f"# {toml}"
     console.write_output(toml)

@@ -7,7 +7,7 @@ from baldwinlab.core import console
 from baldwinlab.studies.status import StudyStatus, read_status
 from baldwinlab.studies.store import StudyStore
 
-# Conditions in the text. The JSON has all of them.
+# Maximum number of conditions in the text. The JSON has all conditions.
 MAX_CONDITIONS = 20
 
 
@@ -40,7 +40,6 @@ def status(
 
 
 def _describe_activity(result: StudyStatus) -> str:
-    """Return processes, speed and time left as a sentence."""
     speed = f"{result.steps_per_second:,.0f} agent-steps per second"
     left = "time left unknown"
     if result.seconds_left is not None:
@@ -54,7 +53,6 @@ def _describe_activity(result: StudyStatus) -> str:
 
 
 def _format_duration(seconds: float) -> str:
-    """Return a duration in its largest suitable unit."""
     for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
         if seconds >= 2 * size:
             return f"{seconds / size:.0f} {unit}"

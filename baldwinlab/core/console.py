@@ -27,7 +27,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-# The status of a process that SIGPIPE ended: the reader of its output, such as `head`, has ended.
+# Exit status of a process that SIGPIPE ended, because the reader of the output (`head`) has ended.
 CLOSED_PIPE_STATUS = 141
 # Seconds between two updates of the bar of a notebook.
 BAR_INTERVAL = 0.2
@@ -35,29 +35,29 @@ BAR_INTERVAL = 0.2
 LINE_INTERVAL = 10.0
 # Maximum number of characters of a message, about 23 lines.
 MAX_MESSAGE_CHARACTERS = 1800
-# Rates from this number on are in millions per second.
+# Minimum rate that is shown in millions per second.
 MIN_RATE_IN_MILLIONS = 100_000
-# Rates from this number on have no decimals.
+# Minimum rate that is shown without decimals.
 MIN_RATE_WITHOUT_DECIMALS = 100
 # Shortest duration, in seconds, for which a rate is computed. It avoids a division by 0.
 MIN_RATE_DURATION = 1e-9
-# Characters of a curve.
+# Characters of a curve, from the lowest to the highest value.
 BARS: Final = "▁▂▃▄▅▆▇█"
 # Width of the curve of a study, in characters.
 CURVE_WIDTH: Final = 20
-# Seconds without a new value after which the line shows another condition.
+# Seconds without a new value of the shown condition, after which the line shows another one.
 MAX_SILENCE: Final = 2.0
 
 
 def _end_at_closed_pipe() -> NoReturn:
-    """End the process without a message, because its output has no reader."""
-    # The interpreter writes the rest of its buffer at the end.
+    """End the process without a message, because no process reads the output."""
+    # At its end, the interpreter writes the rest of the buffer. The null device accepts it.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     raise SystemExit(CLOSED_PIPE_STATUS)
 
 
 class _Console(Console):
-    """A console that ends the process with the usual status if its pipe is closed."""
+    """A console that ends the process with the usual exit status if the pipe is closed."""
 
     def on_broken_pipe(self) -> NoReturn:
         """End the process."""
@@ -106,14 +106,14 @@ def _format_rate(rate: float, unit: str) -> str:
 def progress(
     description: str, total: int, unit: str = "agent-steps", outcome: object = ""
 ) -> Iterator[Callable[[int], None]]:
-    """Show the progress of long work, its rate and the time left.
+    """Show the progress, the rate and the time left of long work.
 
-    A terminal and a notebook show a bar. A log has a plain line every few seconds.
+    Yields a function that is called with each amount of finished work. A terminal and a notebook
+    show a bar. Other outputs get a line every few seconds.
 
     - `description`: the work, such as "simulating".
     - `unit`: plural noun of the unit of work.
-    - `outcome`: a terminal shows this object as text, again and again, for example a curve that
-      grows.
+    - `outcome`: object that a terminal shows as text at each update, for example `FitnessCurves`.
     """
     if console.is_jupyter:
         show = _display_notebook_bar()
@@ -144,7 +144,7 @@ class _ProgressReporter:
     description: str
     total: int
     unit: str
-    # Called with a sentence and the finished share of the work, from 0 to 1.
+    # Called with a sentence and the finished fraction of the work, from 0 to 1.
     show: Callable[[str, float], None]
     # Minimum number of seconds between two calls of `show`.
     interval: float
@@ -178,12 +178,12 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
 
 
 def reserve_stdout(is_reserved: bool) -> None:
-    """Print messages, progress and tables on stderr if stdout gets data."""
+    """Print messages, progress and tables on stderr if stdout is reserved for data."""
     console.stderr = is_reserved
 
 
 def print_json(value: Any) -> None:
-    """Print data as JSON on stdout. An undefined number is null."""
+    """Print data as JSON on stdout. NaN and infinite numbers become null."""
     text = json.dumps(_replace_nan(value), indent=2, ensure_ascii=False, allow_nan=False)
     write_output(f"{text}\n")
 
@@ -200,7 +200,7 @@ def write_output(text: str) -> None:
 
 
 def _replace_nan(value: Any) -> Any:
-    """Return plain data, in which numbers that JSON cannot hold are None."""
+    """Return plain data with None instead of NaN and infinite numbers."""
     if isinstance(value, dict):
         return {str(key): _replace_nan(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -245,9 +245,9 @@ def clip_for_terminal(message: str) -> str:
 
 
 def draw_sparkline(values: Sequence[float], width: int) -> str:
-    """Return a line of bars. A bar is the mean of neighboring values.
+    """Return a line of bars, such as "▁▃▆█". A bar is the mean of neighboring values.
 
-    `values`: NaN is a gap. The lowest bar is 0, or the lowest value below 0.
+    NaN is a gap. The lowest bar is 0, or the lowest mean if this is below 0.
     """
     n_bars = min(width, len(values))
     means = []
@@ -269,10 +269,10 @@ def _choose_bar(value: float, low: float, high: float) -> str:
 
 
 class FitnessCurves:
-    """Mean fitness by generation of the conditions of a study that runs, as one line of text."""
+    """Mean fitness by generation in a running study, as a line of text about one condition."""
 
     def __init__(self) -> None:
-        # Sum and number of values by generation, by condition.
+        # [condition][generation]: sum and number of the values of `add`.
         self._sums: dict[str, dict[int, tuple[float, int]]] = {}
         self._shown = ""
         self._shown_at = -math.inf
@@ -280,7 +280,7 @@ class FitnessCurves:
     def add(self, condition: str, generation: int, fitness: float) -> None:
         """Add the mean fitness of a finished generation of a run."""
         now = time.monotonic()
-        # Tasks run in parallel, so values of several conditions alternate.
+        # Tasks run in parallel. The line must not alternate between their conditions.
         if condition == self._shown or now - self._shown_at > MAX_SILENCE:
             self._shown = condition
             self._shown_at = now

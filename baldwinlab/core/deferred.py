@@ -1,8 +1,8 @@
-"""Deferred imports of libraries, which take as long to load as a short run.
+"""Deferred imports of libraries, because loading a library can take as long as a short run.
 
-- xarray and pandas are imported when an attribute of them is read. Most commands use neither.
-- The environments are registered in Gymnasium when a program imports it. Gymnasium has no
-  plug-ins: a package registers its environments when the package is imported.
+- xarray and pandas are imported when an attribute of the module is read.
+- The environments of baldwinlab are registered in Gymnasium when a program imports Gymnasium,
+  because Gymnasium has no plug-ins.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _FUNCTIONS_MODULE: Final = "baldwinlab.api.integrations.gymnasium"
 class _DeferredModule(ModuleType):
     """A module that is imported when an attribute of it is read.
 
-    The import system has a lock for each module, so several threads can read the first attribute.
+    Several threads may read attributes: the import system locks a module.
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -50,8 +50,8 @@ def register_environments() -> None:
 
 
 def _register(gymnasium: Any) -> None:
-    # A lifetime has a fixed length and needs no time limit. The environment checks the order of
-    # calls itself.
+    # No time limit is registered, because a lifetime has a fixed length. `order_enforce` is False,
+    # because the environment itself checks the order of calls.
     gymnasium.register(
         ENVIRONMENT,
         entry_point=f"{_FUNCTIONS_MODULE}:make_forager",
@@ -61,13 +61,14 @@ def _register(gymnasium: Any) -> None:
 
 
 class _ImportWatcher:
-    """Finder of modules that lets the import of Gymnasium register the environments."""
+    """Finder of modules that registers the environments at the import of Gymnasium."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         if name != GYMNASIUM:
             return None
+        # Otherwise `find_spec` would call this method again.
         sys.meta_path.remove(self)
         spec = find_spec(name)
         if spec is not None and spec.loader is not None:

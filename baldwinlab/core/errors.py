@@ -1,4 +1,4 @@
-"""Errors of the package. Their messages are written for the user."""
+"""Errors of the package. The messages of these errors are written for the user."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class PartError(BaldwinLabError, ValueError):
     """Invalid part: it cannot be loaded or compiled, or differs from the part of a study."""
 
 
-# Name of an argument -> name of its option on the command line, if the names differ.
+# Name of an argument -> name of the option on the command line, if the names differ.
 OPTION_NAMES: Final = {"last": "last-generations"}
 
 

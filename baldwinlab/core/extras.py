@@ -1,4 +1,4 @@
-"""Extras, which are groups of optional packages: purposes, missing packages, installation."""
+"""Extras (groups of optional packages): purposes, missing packages and installation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urllib.request import url2pathname
 
 from baldwinlab.core.errors import RefusedError
 
-# Purposes of the extras for users. Extras for developers are not listed.
+# Purpose of each extra for users. Extras for developers are not listed.
 EXTRA_PURPOSES: Final = {
     "cuda": "simulation on an NVIDIA GPU",
     "cluster": "studies on a Dask or Slurm cluster, and in remote storage",
@@ -76,9 +76,9 @@ def installed_version(name: str) -> str | None:
 def installation_command(extra: str) -> str:
     """Return the pip command that adds an extra to this installation of baldwinlab.
 
-    An installation from a folder, a file or a repository records its origin (PEP 610). The command
-    contains this origin. An installation from a package index records no origin, and the command
-    contains only the name of the package.
+    An installation from a folder, a file or a repository records the origin (PEP 610), and the
+    command contains this origin. An installation from a package index records no origin, and the
+    command contains only the name of the package.
     """
     origin = _read_origin()
     url = origin.get("url", "")

@@ -8,10 +8,10 @@ A local file is written under a temporary name, and renamed when it is complete:
 
     .NAME.MACHINE-RANDOM.partial
 
-A writer holds a lock on its temporary file. The operating system releases the lock when the process
-ends, also if it is killed. A file without a lock has no living writer, so it can be removed. Some
-network file systems do not share locks between machines. A file of another machine is therefore
-removed only after a day. Without locks, no file is removed.
+A process holds a lock on its temporary file. The operating system releases the lock when the
+process ends or is killed, so a temporary file without a lock can be removed. Some network file
+systems do not share locks between machines. A temporary file of another machine is therefore
+removed only after a day. On a system without locks, no temporary file is removed.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ except ImportError:
     # Windows has no such locks.
     fcntl = None  # type: ignore[assignment]
 
-# Age in seconds at which a file of another machine is removed, if it has no lock.
+# Age in seconds after which a temporary file of another machine is removed, if it has no lock.
 MAX_AGE_OF_OTHER_MACHINES: Final = 24 * 3600
-# The user of a study must not be led to another file. Windows does not have these flags.
+# `open` must not follow a link or wait for a pipe. Windows does not have these flags.
 OPEN_FLAGS: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
@@ -69,9 +69,9 @@ def require_writable_path(path: Path) -> None:
 
 @contextmanager
 def atomic_path(path: Path, *, exclusive: bool = False, is_folder: bool = False) -> Iterator[Path]:
-    """Yield the path of an empty temporary file, and rename it to `path` at the end.
+    """Yield the path of an empty temporary file, and rename this file to `path` at the end.
 
-    - `path`: the final path. Its folder is created if it does not exist.
+    - `path`: the final path. Missing folders are created.
     - `exclusive`: raise FileExistsError if `path` exists at the end.
     - `is_folder`: create a folder instead of a file.
     """
@@ -93,7 +93,7 @@ def atomic_path(path: Path, *, exclusive: bool = False, is_folder: bool = False)
 
 
 def _name_exclusively(partial_path: Path, path: Path) -> None:
-    """Give a file the name `path`; raise FileExistsError if another process has created it."""
+    """Give a temporary file the name `path`. Raise FileExistsError if `path` exists."""
     try:
         os.link(partial_path, path)
     except FileExistsError:
@@ -130,7 +130,7 @@ def write_exclusively(path: Path, content: bytes) -> None:
     """Write a file that must not exist yet. One of several processes succeeds.
 
     All other processes raise FileExistsError. Other errors are those of `atomic_path`. If remote
-    storage has no exclusive creation, the function reads the file again after the write. It raises
+    storage has no exclusive creation, the function reads the file after the write, and raises
     FileExistsError if another process has overwritten the file.
     """
     if is_local(path):
@@ -175,7 +175,7 @@ def append_line(path: Path, line: str, kind: FileKind) -> None:
 def identify_machine() -> str:
     """Return a short text that differs between machines, also if they have the same name."""
     address = getnode()
-    # Without a network, Python draws a random address in each process, and marks it by this bit.
+    # Without a network, Python draws a random address in each process, and sets this bit in it.
     is_random = bool(address >> 40 & 1)
     name = f"{socket.gethostname()} {0 if is_random else address}"
     return sha256(name.encode()).hexdigest()[:8]
@@ -185,7 +185,7 @@ def identify_machine() -> str:
 def hold_partial(path: Path, *, is_folder: bool) -> Iterator[Path]:
     """Create and lock an empty temporary file or folder next to `path`, and remove it at the end.
 
-    Raises OSError if it cannot be created.
+    Raises OSError if the file or folder cannot be created.
     """
     partial_path, handle = _create_locked(path, is_folder)
     try:
@@ -207,7 +207,7 @@ def _create_locked(path: Path, is_folder: bool) -> tuple[Path, int | None]:
             partial_path.touch(exist_ok=False)
         if fcntl is None:
             return partial_path, None
-        # Another process can remove the file before it is locked. Then it is created again.
+        # Another process can remove the file before it is locked. Then the loop creates a new file.
         with suppress(FileNotFoundError):
             handle = os.open(partial_path, os.O_RDONLY if is_folder else os.O_RDWR)
             if _can_lock(handle) and _is_at(partial_path, handle):
@@ -228,7 +228,7 @@ def _can_lock(handle: int) -> bool:
 
 
 def _is_at(path: Path, handle: int) -> bool:
-    """Return whether an open file still has the path."""
+    """Return whether the open file is still the file at the path."""
     try:
         return os.path.samestat(path.lstat(), os.fstat(handle))
     except FileNotFoundError:
@@ -238,7 +238,7 @@ def _is_at(path: Path, handle: int) -> bool:
 def remove_tree(path: Path) -> None:
     """Remove a file or a folder, if it exists."""
     if path.is_dir():
-        # Imported late: it takes a while to load.
+        # Imported late, because the import takes time.
         import shutil
 
         shutil.rmtree(path, ignore_errors=True)
@@ -247,9 +247,9 @@ def remove_tree(path: Path) -> None:
 
 
 def remove_abandoned(directory: Path) -> None:
-    """Remove the temporary files and folders below a folder that have no living writer.
+    """Remove the temporary files and folders in a folder that no process writes.
 
-    A file that cannot be opened, locked or removed stays.
+    A file remains if it cannot be opened, locked or removed.
     """
     if fcntl is None:
         return
@@ -259,6 +259,7 @@ def remove_abandoned(directory: Path) -> None:
             for name in (*folder_names, *file_names)
             if name.startswith(".") and name.endswith(PARTIAL_SUFFIX)
         ]
+        # `os.walk` reads this list, and does not enter the removed folders.
         folder_names[:] = [name for name in folder_names if name not in partial_names]
         for name in partial_names:
             with suppress(OSError):
@@ -266,7 +267,7 @@ def remove_abandoned(directory: Path) -> None:
 
 
 def _remove_if_abandoned(path: Path) -> None:
-    """Remove a temporary file if it has no living writer. Raise OSError if that is unknown."""
+    """Remove a temporary file that no process writes. Raise OSError if it cannot be locked."""
     handle = os.open(path, (os.O_RDONLY if path.is_dir() else os.O_RDWR) | OPEN_FLAGS)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

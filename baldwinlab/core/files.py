@@ -1,4 +1,4 @@
-"""Files that are read up to a size limit, locally and in remote storage, and checks of paths."""
+"""Checks of paths, and functions that read local and remote files up to a size limit."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from baldwinlab.core.extras import missing_extra_error
 MAX_JSON_DEPTH: Final = 32
 # Suffix of the temporary name of a file during its write.
 PARTIAL_SUFFIX: Final = ".partial"
-# Name of the file that makes a folder a study.
+# A folder with a file of this name is a study.
 STUDY_FILE_NAME: Final = "study.toml"
-# The extra that a kind of storage needs, and the modules that show whether it is installed.
+# Extra that the protocol of a URL needs (others need "cluster"), and the modules of these extras.
 EXTRA_OF_PROTOCOL: Final = {"s3": "s3", "s3a": "s3"}
 STORAGE_MODULES: Final = {"s3": ("upath", "s3fs"), "cluster": ("upath",)}
 
-# Marks in the files that the commands write: traces, pictures and movies; reports; pages that
-# simulate; genome files.
+# Text by which a command recognizes the files that it may overwrite. `replay` writes traces,
+# pictures and movies, `export` writes pages that simulate, and `freeze` writes genome files.
 REPLAY_MARK: Final = "baldwinlab replay"
 REPORT_MARK: Final = "baldwinlab report"
 EXPORT_MARK: Final = "baldwinlab export"
@@ -42,7 +42,7 @@ _STUDY_ENTRIES: Final = (
     STUDY_FILE_NAME,
     "sessions.jsonl",
 )
-# Number of bytes at each end of a file that may hold the mark.
+# Number of bytes at the beginning and at the end of a file in which a mark is searched.
 _MARK_RANGE: Final = 65536
 
 
@@ -77,7 +77,7 @@ def parse_json(text: str | bytes) -> Any:
     """Return the value of a JSON text. Raise ValueError if it is invalid or nested too deeply."""
     try:
         value = json.loads(text)
-        # The values at one depth. After the loop, they are deeper than allowed.
+        # The values at one depth. After the loop, this depth is greater than allowed.
         level = [value]
         for _ in range(MAX_JSON_DEPTH):
             level = [child for parent in level for child in _list_children(parent)]
@@ -96,14 +96,14 @@ def _list_children(value: Any) -> Iterable[Any]:
 
 
 def parse_location(text: str | Path) -> Path:
-    """Return the path that a text names: a local path, or a URL such as s3://bucket/study.
+    """Return the path for a text, which is a local path or a URL such as s3://bucket/study.
 
-    For a URL of remote storage it is a UPath, which has the same methods.
+    For a URL of remote storage, the result is a UPath, which has the methods of a Path.
     """
     if isinstance(text, PosixPath | WindowsPath) or "://" not in str(text):
         return Path(text)
     if str(text).startswith("file://"):
-        # Imported late: it takes a while to load.
+        # Imported late, because the import takes time.
         from urllib.request import url2pathname
 
         return Path(url2pathname(urlsplit(str(text)).path))
@@ -114,8 +114,9 @@ def parse_location(text: str | Path) -> Path:
     from upath import UPath
 
     try:
-        # Remote workers also write there, so listings must not be cached.
+        # Remote workers also write into this storage, so lists of files must not be cached.
         path = UPath(text, use_listings_cache=False)
+        # This call only checks whether the storage answers.
         path.exists()
     except Exception as error:
         # Each kind of storage raises its own errors.
@@ -124,26 +125,26 @@ def parse_location(text: str | Path) -> Path:
 
 
 def make_remote_folder(path: Path) -> None:
-    """Create a folder in remote storage, unless it is an object store, which has no folders."""
+    """Create a folder in remote storage. An object store has no folders, so nothing is created."""
     from upath.implementations.cloud import CloudPath
 
-    # In an object store, this would create a missing bucket.
+    # In an object store, `mkdir` would create a missing bucket.
     if not isinstance(path, CloudPath):
         path.mkdir(parents=True, exist_ok=True)
 
 
 def require_cluster_extra(feature: str) -> None:
-    """Raise RefusedError if the extra `cluster`, which a feature needs, is not installed."""
+    """Raise RefusedError for a feature if the extra `cluster` is not installed."""
     if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
         raise missing_extra_error("cluster", feature)
 
 
 def read_bytes(path: Path, kind: FileKind) -> bytes:
-    """Check the size of a file, and return its content."""
+    """Return the content of a file. Raise ValueError if the file is too large or not regular."""
     if is_local(path) and path.exists() and not path.is_file():
         raise ValueError("it is not a regular file")
     with path.open("rb") as file:
-        # In remote storage, this saves the request for the properties of the file.
+        # `seek` returns the size. In remote storage, this saves the request for the properties.
         size = file.seek(0, os.SEEK_END)
         if size <= kind.max_bytes:
             file.seek(0)
@@ -166,13 +167,13 @@ def read_text(path: Path, kind: FileKind) -> str:
 
 def is_local(path: Path) -> bool:
     """Return whether a path is in the local file system, and not in remote storage."""
-    # A UPath of universal-pathlib before version 0.3 is a Path, but not of an operating system.
+    # Before version 0.3 of universal-pathlib, a UPath is also a Path, but not one of these types.
     return isinstance(path, PosixPath | WindowsPath)
 
 
 def make_absolute(path: Path) -> Path:
     """Return a local path as an absolute path, so that it remains valid in another directory."""
-    # A link before ".." must be followed, so ".." is not removed.
+    # `absolute` does not remove "..", because a link before ".." leads to another parent folder.
     return path.absolute() if is_local(path) else path
 
 
@@ -203,7 +204,7 @@ def require_inside_study(path: Path, folder: Path | None = None) -> None:
     for study in studies:
         if not target.is_relative_to(os.path.realpath(study)):
             parents = [study / parent for parent in absolute.relative_to(study).parents]
-            # The last parent is the study itself. The outermost link is named.
+            # The last of the parents is the study itself. The message names the outermost link.
             folders_inside = reversed(parents[:-1])
             link = next(parent for parent in folders_inside if parent.is_symlink())
             raise RefusedError(
@@ -222,9 +223,8 @@ def _find_studies_above(path: Path) -> Iterator[Path]:
 def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
     """Raise RefusedError if a command must not write a file.
 
-    - `path`: its folder must exist, and it must not be inside a study.
-    - `mark`: bytes that all files of this command contain. An existing file without them is
-      refused.
+    - `path`: path in an existing folder, but not inside a study.
+    - `mark`: bytes that all files of this command contain. A file without `mark` is refused.
     - `force`: accept an existing file without `mark`.
     """
     if not path.parent.is_dir():
@@ -244,7 +244,7 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
 
 
 def is_study(folder: Path) -> bool:
-    """Return whether a folder holds a study, possibly damaged. `study.toml` is its last file."""
+    """Return whether a folder holds a study, possibly damaged. `study.toml` is written last."""
     return (folder / STUDY_FILE_NAME).exists()
 
 
@@ -269,7 +269,7 @@ def has_mark(path: Path, mark: bytes) -> bool:
 
 @contextmanager
 def name_file_in_errors(path: Path) -> Iterator[None]:
-    """Name the file in an OSError of this context; for a full disk also name the folder."""
+    """Add the path to an OSError of this context. For a full disk, also add the folder."""
     try:
         yield
     except OSError as error:

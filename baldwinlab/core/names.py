@@ -1,4 +1,4 @@
-"""Names that users give: their forms, names that systems refuse, and suggestions of valid names."""
+"""Names that users give: allowed forms, names that systems refuse, and similar valid names."""
 
 from __future__ import annotations
 
@@ -31,14 +31,13 @@ _RULES: Final = {
 def describe_pattern(pattern: str, description: str = "") -> str:
     """Return the rule of a pattern in words.
 
-    `description`: the description of the setting, which explains a pattern that this module does
-    not have.
+    `description`: description of the setting, for a pattern that is not in this module.
     """
     unknown_rule = "has another form than this setting allows"
     return _RULES.get(pattern, f"{unknown_rule}: {description}" if description else unknown_rule)
 
 
-# Windows reserves these names, also with an ending, for devices.
+# Windows reserves these names for devices, with and without an extension.
 DEVICE_NAMES: Final = frozenset(
     {"con", "prn", "aux", "nul"}
     | {f"{port}{number}" for port in ("com", "lpt") for number in range(10)}
@@ -46,7 +45,7 @@ DEVICE_NAMES: Final = frozenset(
 
 
 def find_name_fault(name: str) -> str:
-    """Return why a name cannot be a file on every operating system, or ""."""
+    """Return why a name cannot be a file on every operating system; "" if it can."""
     for folder in name.split("/"):
         if folder.partition(".")[0].casefold() in DEVICE_NAMES:
             return f"Windows reserves {folder!r} for a device"
@@ -56,7 +55,7 @@ def find_name_fault(name: str) -> str:
 
 
 def find_case_collision(names: Iterable[str]) -> tuple[str, str] | None:
-    """Return two names that are one file on macOS and Windows, which ignore case; None if none."""
+    """Return two names that differ only in case, which macOS and Windows ignore, or None."""
     name_by_folded: dict[str, str] = {}
     for name in names:
         first_name = name_by_folded.setdefault(name.casefold(), name)
@@ -84,7 +83,7 @@ def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
 
 
 def list_names(name: str, valid_names: Iterable[str]) -> str:
-    """Return `there are x, y`; for more than `MAX_LISTED` names, the most similar names."""
+    """Return `there are x, y`, or only similar names if there are more than `MAX_LISTED`."""
     names = list(dict.fromkeys(valid_names))
     if len(names) <= MAX_LISTED:
         return f"there are {', '.join(names)}" if names else "there are none"

@@ -1,8 +1,8 @@
 """Conversion of datasets and arrays to netCDF 3 with a checksum, which detects changed bytes.
 
-The writer of arrays (version 3 with 64-bit offsets) needs only NumPy. The first record of a study
-is written without the import of xarray and SciPy, which takes longer than the simulation of a short
-run. The bytes are those of xarray with SciPy.
+`encode_netcdf` (version 3 with 64-bit offsets) needs only NumPy, because the import of xarray and
+SciPy takes longer than the simulation of a short run. The function returns the same bytes as xarray
+with SciPy.
 
 References
 ----------
@@ -23,15 +23,15 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
 
-# Number of bytes at the beginning of a file that contain its checksum.
+# The checksum is within this number of bytes at the beginning of a file.
 CHECKSUM_BYTES: Final = 65536
 _BLANK_CHECKSUM = "0" * 64
-# A netCDF attribute consists of name, type, length and value.
+# A netCDF attribute is a name, a type and a length of four bytes each, and a value.
 _CHECKSUM_PATTERN = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)
 _MAGIC: Final = b"CDF\x02"
 _ABSENT: Final = bytes(8)
 _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
-# The number of a type in a file, and the value that fills four bytes.
+# NumPy type: the code of the type in a file, and the value that fills the data to four bytes.
 _TYPES: Final = {
     "i1": (1, b"\x81"),
     "S1": (2, b"\x00"),
@@ -40,12 +40,12 @@ _TYPES: Final = {
     "f4": (5, b""),
     "f8": (6, b""),
 }
-# Types of arrays that a file cannot contain, and the types of their values in a file.
+# NumPy type that a file cannot contain: the type to which the values are converted.
 _NARROW_TYPES: Final = {"i8": "i4", "u8": "i4", "u4": "i4", "u2": "i2", "u1": "i1", "b1": "i1"}
 
 
 class DamagedError(BaldwinLabError):
-    """Changed or invalid bytes; the message is a clause that states the reason."""
+    """Changed or invalid bytes. The message is a clause, such as "it carries no checksum"."""
 
 
 class LabeledArray(NamedTuple):
@@ -94,18 +94,17 @@ def verify_checksum(raw: bytes) -> None:
 
 
 def stored_checksum(head: bytes) -> str:
-    """Return the checksum in the first bytes of a file without verification; "" if none exists."""
+    """Return the checksum in the first bytes of a file, not verified, or ""."""
     match = _CHECKSUM_PATTERN.search(head)
     return match.group(1).decode() if match else ""
 
 
 def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Variable]]:
-    """Return the attributes and the variables as they are stored, without their decoding.
+    """Return the attributes and the variables as they are stored, without decoding.
 
-    This is much faster than `from_bytes` for a small file. Raises DamagedError as `from_bytes`
-    does.
+    For a small file, this is much faster than `from_bytes`. Raises the same DamagedError.
     """
-    # Few commands read files in this way, and the import takes half a second.
+    # Imported late: few commands read files in this way, and the import takes half a second.
     from scipy.io import netcdf_file
 
     _require_no_rows(raw)
@@ -130,7 +129,7 @@ def _decode_attributes(owner: Any) -> dict[str, Any]:
 
 
 def from_bytes(raw: bytes) -> xr.Dataset:
-    """Return the dataset in netCDF bytes without its checksum, with text coordinates as str.
+    """Return the dataset in netCDF bytes without the checksum, with text coordinates as str.
 
     Raises DamagedError for bytes that are not netCDF.
     """
@@ -168,7 +167,7 @@ def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str
     for variable in encoded.values():
         sizes |= dict(zip(variable.dims, variable.values.shape, strict=True))
     dim_ids = {name: index for index, name in enumerate(sizes)}
-    # SciPy writes the variables in this order.
+    # SciPy sorts the variables by shape in descending order.
     names = sorted(encoded, key=lambda name: encoded[name].values.shape, reverse=True)
     dimensions = [_pack_text(name) + _pack_int(size) for name, size in sizes.items()]
     head = _MAGIC + _pack_int(0) + _pack_list(_DIMENSIONS, dimensions)
@@ -176,7 +175,7 @@ def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str
     chunks = [_pack_data(encoded[name].values) for name in names]
     headers = [_pack_header(name, encoded[name], dim_ids) for name in names]
     offset_bytes = 8
-    # A list begins with its tag and its length.
+    # The list of the headers begins with 8 bytes, and an offset follows each header.
     start = len(head) + 8 + sum(len(header) + offset_bytes for header in headers)
     entries = []
     for header, chunk in zip(headers, chunks, strict=True):
@@ -186,7 +185,7 @@ def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str
 
 
 def _encode_variable(variable: LabeledArray) -> LabeledArray:
-    """Return a variable with a type of a file, and with the attributes that xarray adds."""
+    """Convert a variable to a type of the file format, and add the attributes that xarray adds."""
     values = np.asarray(variable.values)
     attributes = dict(variable.attributes)
     if values.dtype.kind == "U":
@@ -204,7 +203,7 @@ def _encode_variable(variable: LabeledArray) -> LabeledArray:
 
 
 def _narrow(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return integers in a type of a file. Raises ValueError if they do not fit into it."""
+    """Convert values to a type of the file format. Raises ValueError if a value does not fit."""
     narrow_type = _NARROW_TYPES.get(values.dtype.str[1:])
     if narrow_type is None:
         return values
@@ -215,7 +214,7 @@ def _narrow(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _pack_header(name: str, variable: LabeledArray, dim_ids: Mapping[str, int]) -> bytes:
-    """Return the description of a variable in a file, without the position of its data."""
+    """Return the description of a variable in a file, without the offset of the data."""
     dims = b"".join(_pack_int(dim_ids[dim]) for dim in variable.dims)
     type_number, _ = _TYPES[variable.values.dtype.str[1:]]
     size = variable.values.nbytes
@@ -232,7 +231,7 @@ def _pack_header(name: str, variable: LabeledArray, dim_ids: Mapping[str, int]) 
 
 
 def _pack_data(values: npt.NDArray[Any]) -> bytes:
-    """Return values in the byte order of a file, filled to four bytes."""
+    """Return values in the byte order of a file, filled to a multiple of four bytes."""
     kind = values.dtype.str[1:]
     raw = values.astype(values.dtype.newbyteorder(">"), copy=False).tobytes()
     _, fill = _TYPES[kind]
@@ -247,7 +246,7 @@ def _pack_attributes(attributes: Mapping[str, Any]) -> bytes:
 
 
 def _pack_value(value: Any) -> bytes:
-    """Return a text or numbers as the value of an attribute."""
+    """Return the bytes of a text or of numbers as the value of an attribute."""
     if isinstance(value, str):
         # SciPy writes an empty text as one zero.
         return _pack_int(_TYPES["S1"][0]) + _pack_text(value or "\0")
@@ -258,7 +257,7 @@ def _pack_value(value: Any) -> bytes:
 
 
 def _pack_list(tag: int, entries: list[bytes]) -> bytes:
-    """Return a list with its tag and its length."""
+    """Return the bytes of a list: tag, number of entries, and the entries."""
     if not entries:
         return _ABSENT
     return b"".join([_pack_int(tag), _pack_int(len(entries)), *entries])
@@ -270,5 +269,5 @@ def _pack_text(text: str) -> bytes:
 
 
 def _pack_int(number: int) -> bytes:
-    # The size of data of 4 GiB and more is written as the largest number.
+    # A larger number, such as the size of data of 4 GiB, is written as the largest number.
     return min(number, 2**32 - 1).to_bytes(4, "big")

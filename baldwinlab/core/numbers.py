@@ -1,7 +1,7 @@
 """Checks of the numbers that a user gives, in arguments and in environment variables.
 
-An argument is a count, a seed, a run, a generation or an agent. It has the same name in all
-functions, so the range of each name is defined once.
+An argument for a count, a seed, a run, a generation or an agent has the same name in all functions,
+so the range of each name is defined once.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from typing import Any, Final, ParamSpec, TypeVar
 from baldwinlab.core.errors import ArgumentError, RefusedError
 
 SEED_LIMIT: Final = 2**31
-"""Seeds and the numbers of runs are less than this: records hold signed 32-bit integers."""
+"""Limit of seeds and run numbers (exclusive), because records hold signed 32-bit integers."""
 INDICES: Final = frozenset({"agent", "generation", "run", "seed", "world"})
-"""Arguments that number something from 0."""
+"""Names of arguments that are an index or a seed, at least 0."""
 COUNTS: Final = frozenset(
     {"count", "generations", "last", "lives", "runs", "steps", "workers", "worlds"}
 )
-"""Arguments that count something, at least 1."""
+"""Names of arguments that are a count, at least 1."""
 
 _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
 
 
 def require_whole_number(name: str, value: Any, last: int | None = None) -> int:
-    """Return a number as an int, for example an integer of NumPy.
+    """Check an integer, for example an integer of NumPy, and return it as an int.
 
-    `name`: name of the argument, one of `INDICES` and `COUNTS`. It determines the first valid
-    number. `last`: the last valid number. By default the limit of all records.
+    `name`: name of the argument, one of `INDICES` and `COUNTS`. It determines the smallest valid
+    number. `last`: the largest valid number, by default the limit of all records.
     """
     first = 1 if name in COUNTS else 0
     if last is None:
         last = SEED_LIMIT if name in COUNTS else SEED_LIMIT - 1
     try:
-        # A truth value is an integer of Python, but not a number that a user means.
+        # A bool is an integer in Python, but it is not a valid number here.
         number = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
         number = None
@@ -52,8 +52,8 @@ def require_whole_number(name: str, value: Any, last: int | None = None) -> int:
 def check_numbers(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
     """Decorate a function: check its arguments in `INDICES` and `COUNTS` before each call.
 
-    The function receives each number as an int. The annotation of an argument states whether it can
-    be None or several numbers.
+    The function receives each number as an int. An argument can be None if its annotation contains
+    None, and several numbers if the annotation contains Sequence.
     """
     signature = inspect.signature(function)
     annotations = {
@@ -67,7 +67,7 @@ def check_numbers(function: Callable[_Parameters, _Result]) -> Callable[_Paramet
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError:
-            # The call itself explains best which argument is missing or unknown.
+            # The call raises a TypeError that names the missing or unknown argument.
             return function(*args, **kwargs)
         for name, annotation in annotations.items():
             if name in bound.arguments:
@@ -82,7 +82,7 @@ def _check_argument(name: str, value: Any, annotation: str) -> Any:
     if value is None and "None" in annotation:
         return None
     has_several = "Sequence" in annotation and isinstance(value, Iterable)
-    # An array of NumPy without dimensions is a number.
+    # A NumPy array without dimensions (`ndim` = 0) is a single number.
     if has_several and not isinstance(value, str) and getattr(value, "ndim", True):
         return [require_whole_number(name, number) for number in value]
     return require_whole_number(name, value)

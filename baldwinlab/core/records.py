@@ -1,9 +1,9 @@
-"""Records of runs: their conversion to runs, and batches of records.
+"""Conversion between records and runs, and between batches and records.
 
 A record is a run with the genomes of only some generations. A batch has the records of several runs
 of a condition in one dataset. Every variable of a record has the additional first dimension `run`
 in a batch. The attributes and the labels of agents, parents, modules and weights are shared. Runs
-can differ in their numbers of generations: shorter runs are padded, and these variables state the
+can have different numbers of generations. Shorter runs are padded, and these variables state the
 valid part:
 
     n_generations(run)                       number of simulated generations
@@ -25,9 +25,9 @@ from baldwinlab.core.variables import GENERATION_COUNT, RUN_ARRAY_PREFIX, STOP_A
 
 RUN_DIM: Final = "run"
 KEPT_GENERATIONS: Final = "kept_generations"
-# Variables of a batch that are not in the records of its runs.
+# Variables of a batch that the record of a single run does not have.
 BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
-# The number of generations in the TOML text of an experiment.
+# Finds the number of generations in the TOML text of an experiment.
 _GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )\d+", re.M | re.S)
 
 
@@ -59,7 +59,7 @@ def without_genomes(record: xr.Dataset) -> xr.Dataset:
 
 
 def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
-    """Return a record without the arrays of its run."""
+    """Return a record without the run arrays of parts."""
     names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]
     return record.drop_vars(names) if names else record
 
@@ -74,7 +74,7 @@ def select_attributes(batch: xr.Dataset, index: int) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
     for name, value in batch.attrs.items():
         attributes[str(name)] = value
-        # The number of the run follows the seed, as in the record of one run.
+        # The attribute `run` follows the seed, as in the record of one run.
         if name == "seed":
             attributes[RUN_DIM] = int(batch[RUN_DIM].values[index])
     n_generations = int(batch[GENERATION_COUNT].values[index])
@@ -93,7 +93,7 @@ def list_stops(batch: xr.Dataset) -> list[str]:
 
 
 def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
-    """Return the record of one run of a batch. It shares its arrays with the batch."""
+    """Return the record of one run of a batch. The record shares its arrays with the batch."""
     kept_generations = batch[KEPT_GENERATIONS].values[index]
     kept_generations = kept_generations[kept_generations >= 0]
     valid = {
@@ -116,9 +116,9 @@ def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
 
 
 def order_record(data: Mapping[Any, Any], labels: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Return the variables of a record and the labels of its dimensions in the order of its file.
+    """Return the variables of a record and the labels of the dimensions in the order of a file.
 
-    With this order, the file of a history has the bytes of earlier versions.
+    With this order, a file has the same bytes as with earlier versions of the package.
     """
     names = list(data)
     first_genome = names.index("kept_genome")
@@ -131,7 +131,7 @@ def _select_valid(variable: xr.Variable, valid: Mapping[str, Any]) -> xr.Variabl
 
 
 def insert_kept_generation(coordinates: Mapping[Any, Any], kept_generations: Any) -> dict[Any, Any]:
-    """Return the labels of a record with the generations of its genomes after the weights."""
+    """Insert the labels of `kept_generation` after the labels of `weight`."""
     ordered: dict[Any, Any] = {}
     for name, values in coordinates.items():
         ordered[name] = values

@@ -1,4 +1,4 @@
-"""Free memory and disk of this machine, and a check that a command needs no more."""
+"""Free memory and disk of this machine, and a check that these suffice for a command."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from baldwinlab.core.files import is_local
 
 BYTE_UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
 BYTES_PER_KIB: Final = 1024
+# Folder of the control groups, in which Linux limits the memory of several processes together.
 CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 
 
@@ -24,7 +25,7 @@ class Need(NamedTuple):
     disk: int = 0
 
     def add_later(self, later: Need) -> Need:
-        """Return the need of this work followed by `later`: memory is reused, and disk is not."""
+        """Return the need of this work followed by `later` work, which reuses only the memory."""
         return Need(max(self.memory, later.memory), self.disk + later.disk)
 
 
@@ -32,23 +33,22 @@ NO_NEED: Final = Need()
 
 
 class _GroupNames(NamedTuple):
-    """Names of two files of a control group, and of a count in its file memory.stat."""
+    """Names of two files of a control group, and of a count in the file memory.stat."""
 
     limit_file: str
     usage_file: str
     reclaimable_count: str
 
 
+# Names in version 1 and in version 2 of control groups.
 GROUP_NAMES_1: Final = _GroupNames(
     limit_file="memory.limit_in_bytes",
     usage_file="memory.usage_in_bytes",
     reclaimable_count="total_inactive_file",
 )
-"""Names in version 1 of control groups."""
 GROUP_NAMES_2: Final = _GroupNames(
     limit_file="memory.max", usage_file="memory.current", reclaimable_count="inactive_file"
 )
-"""Names in version 2 of control groups."""
 
 
 def require_resources(
@@ -56,8 +56,8 @@ def require_resources(
 ) -> None:
     """Raise RefusedError if a request needs more memory or disk than is free.
 
-    `request`: the requested work, such as "3 runs", for the message. `folder`: folder of the
-    written files. It may not exist yet. Remote storage is not checked.
+    `request`: the requested work in the message, such as "3 runs". `folder`: folder of the written
+    files, which may not exist yet. The disk of remote storage is not checked.
     """
     if force:
         return
@@ -80,7 +80,7 @@ def _require_free(
 def format_bytes(count: int) -> str:
     """Return a number of bytes as text with a unit: 44.7 GiB."""
     largest_power = len(BYTE_UNITS) - 1
-    # A unit is 2**10 times the unit before it.
+    # Each unit is 2**10 times the previous unit.
     exponent_of_2 = max(count, 1).bit_length() - 1
     power = min(exponent_of_2 // 10, largest_power)
     number_format = ".1f" if power < largest_power else ".3g"
@@ -88,7 +88,7 @@ def format_bytes(count: int) -> str:
 
 
 def free_disk(folder: Path) -> int:
-    """Return the bytes that are free on the disk of a folder, which may not exist yet."""
+    """Return the free bytes on the disk of a folder. The folder may not exist yet."""
     parents = (folder, *folder.absolute().parents)
     existing_folder = next(parent for parent in parents if parent.exists())
     return shutil.disk_usage(existing_folder).free
@@ -97,7 +97,7 @@ def free_disk(folder: Path) -> int:
 def peak_memory() -> int | None:
     """Return the largest memory that this process has used, in bytes; None on Windows.
 
-    On Linux `ru_maxrss` includes the memory of the parent process at the start, so /proc is read.
+    On Linux, /proc is read, because `ru_maxrss` includes memory of the parent process.
     """
     if (peak := _read_proc("self/status", "VmHWM")) is not None:
         return peak
@@ -132,7 +132,7 @@ def _free_machine_memory() -> int | None:
 def _read_proc(file: str, name: str) -> int | None:
     """Return a number of bytes from a file of /proc; None on systems without this file."""
     try:
-        # The file holds the name of the process, which may have any characters.
+        # The name of the process in the file may have characters that are not ASCII.
         lines = Path("/proc", file).read_text("ascii", "replace").splitlines()
         line = next(line for line in lines if line.startswith(f"{name}:"))
         # A line is "NAME: NUMBER kB".
@@ -158,7 +158,7 @@ def free_memory_of_groups(
     except OSError:
         return
     for line in lines:
-        # Hierarchy 0 is that of version 2.
+        # Hierarchy 0 belongs to version 2 of control groups.
         hierarchy, controllers, path = line.split(":", 2)
         if hierarchy == "0":
             root = groups
@@ -178,7 +178,7 @@ def free_memory_of_groups(
 
 
 def _free_in_group(group: Path, names: _GroupNames) -> int | None:
-    """Return the limit of a group minus its use without reclaimable files; None without a limit."""
+    """Return the limit of a group minus its used, not reclaimable memory; None without a limit."""
     try:
         limit = int((group / names.limit_file).read_text("ascii"))
         used = int((group / names.usage_file).read_text("ascii"))

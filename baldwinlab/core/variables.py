@@ -46,7 +46,7 @@ class Variable(NamedTuple):
 
     @classmethod
     def share(cls, meaning: str) -> Self:
-        """Declare a share of 1 of each agent, as float32.
+        """Declare a fraction of each agent, from 0 to 1, as float32.
 
         Parameters
         ----------
@@ -57,7 +57,7 @@ class Variable(NamedTuple):
 
     @classmethod
     def flag(cls, meaning: str) -> Self:
-        """Declare a property of each agent, 1 or 0, as int32. Its mean over agents is a share.
+        """Declare a property of each agent as int32: 1 or 0. The mean over agents is a fraction.
 
         Parameters
         ----------
@@ -115,8 +115,8 @@ RUN_VARIABLES: Mapping[str, Variable] = {
     ),
 }
 
-# Variables of a record, which stores only the genomes of some generations.
-# `energy` is the fitness of an agent. Stored files have this name.
+# Variables of a record, which stores only the genomes of some generations. The variable with the
+# fitness of an agent is called `energy`.
 RECORD_VARIABLES: Mapping[str, Variable] = {
     name: variable for name, variable in RUN_VARIABLES.items() if name != "genome"
 } | {
@@ -129,7 +129,7 @@ SPECIES_VARIABLE = Variable.integer(
     "1", "index of the species of the agent, in the order of the settings"
 )
 
-# Prefix of the names of the arrays of a run. An extension of the run reads these arrays.
+# Prefix of the variables with the run arrays of parts. An extension of the run reads these arrays.
 RUN_ARRAY_PREFIX = "run_array."
 # Variables in the records of every model.
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
@@ -156,7 +156,7 @@ TIME_SERIES_VARIABLES: Mapping[str, Variable] = {
 
 
 def window_coordinates(experiment: Any) -> dict[str, Any]:
-    """Return the coordinate of the windows of `record.every`; without it, an empty dict."""
+    """Return the coordinate `window` of `record.every`, or {} if this setting is not set."""
     interval = getattr(experiment.record, "every", None)
     if interval is None:
         return {}
@@ -166,8 +166,8 @@ def window_coordinates(experiment: Any) -> dict[str, Any]:
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.
 
-    They include the variables of the model, the number of eaten items of each kind, and the genes
-    of parts. An experiment with species has the variables of all species.
+    The result includes the variables of the model, the number of eaten items of each kind, and the
+    genes of parts. An experiment with species has the variables of all species.
     """
     if members := experiment.species_experiments():
         combined = {"species": SPECIES_VARIABLE}
@@ -202,7 +202,7 @@ def eaten_variable(kind: str) -> str:
 
 
 def _model_variables(experiment: Any) -> Mapping[str, Variable]:
-    """Return the variables of an experiment without those of genes."""
+    """Return the variables of an experiment without the variables of genes."""
     fitness = _fitness_variable(experiment)
     if experiment.model != "miniworld":
         return (
@@ -303,10 +303,10 @@ SPECIES_IN_TRACE = SPECIES_VARIABLE._replace(dims=("agent",))
 
 
 def trace_variables(experiment: Any) -> Mapping[str, Variable]:
-    """Return the variables of a trace: `TRACE_VARIABLES`, with the type of the inputs.
+    """Return the variables of a trace by name: `TRACE_VARIABLES`, with these changes.
 
-    The inputs are float32 if one of them is real-valued, or if there are several species. Traces
-    with deaths have `alive`, and traces with species have `species` and the eaten agents.
+    The inputs are float32 if an input is real-valued, or if there are several species. Traces with
+    deaths have `alive`, and traces with species have `species` and the numbers of eaten agents.
     """
     declared = dict(TRACE_VARIABLES)
     sensor = declared["sensor"]
@@ -339,9 +339,9 @@ WEIGHT_ORDER = (
     "its gene, log10 of the rate divided by learning.rate"
 )
 
-# Attribute of a run that ended before its last generation: the name of its stop part.
+# Attribute of a run that ended early: the name of the stop part that ended the run.
 STOP_ATTRIBUTE = "stopped_by"
-# Coordinate (condition, run) of studies whose runs can stop: number of simulated generations.
+# Coordinate [condition, run] of studies with a stop part: number of simulated generations.
 GENERATION_COUNT = "n_generations"
 GENERATION_COUNT_ATTRIBUTES = {
     "units": "generations",
@@ -350,7 +350,7 @@ GENERATION_COUNT_ATTRIBUTES = {
 
 
 def describe_weight_order(experiment: Any) -> str:
-    """Return the meaning of the entries of a module of a genome, in their order."""
+    """Return a text that describes the order of the entries of a module of a genome."""
     if not experiment.gene_names:
         return WEIGHT_ORDER
     names = ", ".join(experiment.gene_names)
@@ -360,7 +360,7 @@ def describe_weight_order(experiment: Any) -> str:
 def make_dataset(
     variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Return a dataset of arrays with their declared dimensions, types and units.
+    """Return a dataset of arrays with the declared dimensions, types, units and meanings.
 
     Raises `KeyError` if a name is not declared.
     """

@@ -26,7 +26,7 @@ class TestedVersions(NamedTuple):
 
     lowest: Version
     highest: Version
-    user: str = "baldwinlab"  # what uses the package
+    user: str = "baldwinlab"  # the program that needs these versions, for the error message
 
     @property
     def requirement(self) -> str:
@@ -47,6 +47,7 @@ TESTED: Final = {
 def require_tested_version(package: str, version: str) -> None:
     """Refuse a version of a package that baldwinlab was not tested with."""
     tested = TESTED[package]
+    # Major and minor version: "0.62.1" becomes (0, 62).
     installed = tuple(map(int, re.findall(r"\d+", version)[:2]))
     if tested.lowest <= installed <= tested.highest:
         return

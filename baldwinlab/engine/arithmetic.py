@@ -2,7 +2,7 @@
 
 IEEE 754 defines these operations completely. Libraries of different machines differ in the last
 bit. These functions give the same bits on every CPU, on a GPU and in a browser, compiled or in
-plain Python. The sigmoid and the share of a turn work on float32, all others on one float64.
+plain Python. `sigmoid` and `share_of_turn` work on float32, all others on one float64.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ SUBNORMAL_FACTOR: Final = 2.0**54
 SQRT_2: Final = 1.4142135623730951
 SMALLEST_NORMAL: Final = 2.0**-1022
 
-# The logarithm: ln 2 in two parts, and a minimax polynomial.
+# The logarithm: ln 2 as the sum of two numbers, for more digits, and a minimax polynomial.
 LN2 = 6.93147180369123816490e-01
 LN2_REST = 1.90821492927058770002e-10
 LOGARITHM_COEFFICIENTS: Coefficients = (
@@ -69,8 +69,8 @@ LOGARITHM_COEFFICIENTS: Coefficients = (
     6.666666666666735130e-01,
 )
 
-# The power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a
-# rational approximation.
+# The power of ten: log2(10), log10(2) as the sum of two numbers, and the numerator and denominator
+# of a rational approximation.
 LOG2_10 = 3.32192809488736234787
 LOG10_2 = 3.01025390625e-1
 LOG10_2_REST = 4.60503898119521373889e-6
@@ -89,8 +89,9 @@ POWER_DENOMINATOR: Coefficients = (
     2.07960819286001865907e3,
 )
 
-# The normal quantile: numerator and denominator in the middle, the tails, and the far tails.
-# The middle is |p - 1/2| <= MIDDLE_HALF_WIDTH. A far tail has sqrt(-ln p) > FAR_TAIL_START.
+# The normal quantile: rational approximations in the middle, |p - 1/2| <= MIDDLE_HALF_WIDTH, in the
+# tails, and in the far tails. With r = sqrt(-ln p), the variable of a tail is r - TAIL_ORIGIN. For
+# r > FAR_TAIL_START, the variable is r - FAR_TAIL_START.
 MIDDLE_HALF_WIDTH: Final = 0.425
 MIDDLE_HALF_WIDTH_SQUARED: Final = 0.180625
 TAIL_ORIGIN: Final = 1.6
@@ -180,7 +181,7 @@ def sigmoid(z: Value) -> Value:
 
 @compiled
 def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
-    """Return the angle of (u, v) from the u axis toward the v axis, as a share of a turn.
+    """Return the angle of (u, v) from the u axis toward the v axis, as a fraction of a full turn.
 
     Parameters
     ----------
@@ -190,7 +191,7 @@ def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
     Returns
     -------
     float32
-        The share in [0, 1], with an error below 1e-7. It is 0 for (0, 0).
+        The fraction in [0, 1], with an error below 1e-7: 0.25 for (0, 1), and 0 for (0, 0).
 
     References
     ----------
@@ -213,6 +214,7 @@ def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
     series = ARCTAN_2 + s * series
     series = ARCTAN_1 + s * series
     series = ONE + s * series
+    # The series gives an angle of at most 1/8 turn. Reflections give the angle in the full turn.
     share = x * series / RADIANS_PER_TURN
     share = QUARTER - share if across > along else share
     share = HALF - share if u < ZERO else share
@@ -230,7 +232,7 @@ def polynomial(x: float, coefficients: Coefficients) -> float:
 
 @compiled
 def bits_of(x: float) -> np.int64:
-    """Return the bits of a float64."""
+    """Return the bits of a float64 as an int64."""
     return np.float64(x).view(np.int64)
 
 
@@ -268,6 +270,7 @@ def logarithm(x: float) -> float:
     exponent = np.int64(0)
     if x == 0:
         return -math.inf
+    # Infinity is returned. NaN and negative numbers give NaN.
     if not 0 < x < math.inf:
         return x if x > 0 else math.nan
     if x < SMALLEST_NORMAL:
@@ -276,7 +279,7 @@ def logarithm(x: float) -> float:
     bits = bits_of(x)
     exponent += (bits >> FRACTION_BITS) - EXPONENT_BIAS
     mantissa = from_bits((bits & FRACTION_MASK) | BITS_OF_ONE)
-    # The mantissa becomes symmetric around 1.
+    # The mantissa moves from [1, 2) to a range around 1, from sqrt(1/2) to sqrt(2).
     if mantissa > SQRT_2:
         mantissa = 0.5 * mantissa
         exponent = exponent + np.int64(1)
@@ -310,9 +313,10 @@ def power_of_ten(x: float) -> float:
     x = np.float64(x)
     if x >= MAX_DECIMAL_EXPONENT:
         return math.inf
-    # NaN is not larger than any number, and is returned.
+    # `not >` is also true for NaN, which is returned.
     if not x > -MAX_DECIMAL_EXPONENT:
         return 0.0 if x < 0 else x
+    # 10**x is 2**exponent * 10**rest, with an integer `exponent` and a small `rest`.
     doublings = x * LOG2_10
     exponent = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
     rest = x - np.float64(exponent) * LOG10_2 - np.float64(exponent) * LOG10_2_REST
@@ -321,7 +325,7 @@ def power_of_ten(x: float) -> float:
     denominator = polynomial(square, POWER_DENOMINATOR) - numerator
     ratio = 1.0 + 2.0 * (numerator / denominator)
     half_exponent = exponent >> np.int64(1)
-    # Each of the two factors is a finite float64.
+    # 2**exponent may be outside the range of float64. Each of these two factors is inside.
     return ratio * power_of_two(half_exponent) * power_of_two(exponent - half_exponent)
 
 

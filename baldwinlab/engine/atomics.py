@@ -1,6 +1,7 @@
 """Operations on memory for threads that share arrays: atomic operations, barriers and prefetches.
 
-In plain Python, the operations are not atomic, so a single thread must call them.
+`models/miniworld/parallel_step.py` uses them to simulate one world in several threads. In plain
+Python, the operations are not atomic, so a single thread must call them.
 """
 
 from __future__ import annotations
@@ -23,19 +24,19 @@ from baldwinlab.engine.numba_internals.lowering import (
     none_value,
 )
 
-# Rounds of a barrier before the thread sleeps. They take about 0.1 ms, more than the usual wait.
+# Rounds of waiting before a thread sleeps: about 0.1 ms, which is more than the usual wait.
 ROUNDS_BEFORE_SLEEP: Final = 100_000
 _INT64_BYTES: Final = 8
-# Functions of the system's library, with the duration in milliseconds and in microseconds.
+# System function and duration of a sleep: 1 ms on Windows, 50 microseconds on other systems.
 _SLEEP: Final = ("Sleep", 1) if sys.platform == "win32" else ("usleep", 50)
 
 
 class Team(NamedTuple):
     """A thread, and its team of threads that simulate the same world."""
 
-    thread: int  # Number of the thread, from 0.
-    threads: int
-    # Number of arrivals of all threads at barriers, [1]. The team shares the array.
+    thread: int  # Index of this thread, from 0.
+    threads: int  # Number of threads of the team.
+    # Number of calls of `wait_for_team` by all threads, [1]. The threads share the array.
     arrivals: npt.NDArray[np.int64]
 
 
@@ -59,18 +60,19 @@ def atomic_load(array: Any, index: int) -> int:
 
 
 def sleep_briefly() -> None:
-    """Let other threads use the core. Without it, waiting threads would delay the working ones."""
+    """Sleep, so that other threads can use the core. Plain Python does nothing."""
 
 
 @compiled
 def wait_for_team(team: Team) -> None:
     """Wait until all threads of a team have called this function equally often.
 
-    Each barrier has as many arrivals as the team has threads, so their total shows which barriers
-    are complete.
+    The wait is a barrier. Barrier k of a team of n threads is complete when the total number of
+    calls reaches n * k.
     """
     if team.threads > 1:
         arrivals = atomic_add(team.arrivals, 0, 1) + 1
+        # The next multiple of the number of threads completes this barrier.
         expected = (arrivals + team.threads - 1) // team.threads * team.threads
         rounds = 0
         while atomic_load(team.arrivals, 0) < expected:
@@ -81,9 +83,10 @@ def wait_for_team(team: Team) -> None:
 
 @compiled
 def share_of_thread(team: Team, first: int, end: int) -> tuple[int, int]:
-    """Return the part of the range `first` to `end` - 1 of a thread, as its first number and end.
+    """Return (first, end) of the indices that a thread processes, of `first` to `end` - 1.
 
-    The parts of all threads are disjoint, and cover the range.
+    The ranges of all threads are disjoint and cover all indices. For example, two threads divide
+    the indices 0 to 9 into (0, 5) and (5, 10).
     """
     count = end - first
     return (
@@ -135,10 +138,7 @@ lower_builtin(sleep_briefly)(_emit_sleep)
 
 
 def prefetch(array: Any, row: int, column: int) -> None:
-    """Load the cache line of `array[row, column]`. The item need not exist.
-
-    Plain Python does nothing.
-    """
+    """Load `array[row, column]` into the cache, if it exists. Plain Python does nothing."""
 
 
 def _emit_prefetch(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -4,9 +4,9 @@ Bitcode is LLVM code after all of LLVM's passes. It is the same for all processo
 architecture, and LLVM turns it into machine code in a tenth of the time of a compilation. The
 optimization preserves every operation, so results are bit-identical with those of a compilation.
 
-The bitcode is used only with the minor version of Numba, the target and the lanes for which it was
-made. The name of its file contains a hash of the modules that are compiled into it, so that it is
-used only with their code. `scripts/entry_points.py` writes it.
+The bitcode is used only with the minor version of Numba, the target and the number of lanes for
+which it was made. The name of a file with bitcode contains a hash of the modules that are compiled
+into the bitcode, so that changed modules do not match. `scripts/entry_points.py` writes the files.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SUFFIX: Final = ".bitcode"
 
 
 def list_requirements() -> dict[str, Any]:
-    """Return the conditions on which bitcode of this process can be used by another process."""
+    """Return the conditions under which another process can use bitcode of this process."""
     return {
         "numba": ".".join(numba.__version__.split(".")[:2]),
         "target": llvm.get_process_triple(),
@@ -77,7 +77,7 @@ def _identify(functions: Functions) -> str:
 
 
 def write_bitcode(entry_points: Iterable[tuple[Functions, Any, bytes]]) -> None:
-    """Replace the bitcode of the package by that of functions, for each of their signatures."""
+    """Replace the bitcode in the package. `entry_points` has (functions, signature, bitcode)."""
     FOLDER.mkdir(exist_ok=True)
     contents: dict[Path, bytes] = {}
     modules: set[str] = set()

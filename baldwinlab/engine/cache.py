@@ -1,8 +1,8 @@
 """The on-disk cache of compiled code, and the checks before code is loaded.
 
 Numba stores compiled code as pickles, and loading a pickle can execute any code. So a folder is
-used only if no other user can write to it. A file starts with the SHA-256 of its path and content.
-A truncated, changed or exchanged file is removed, and its code is compiled again.
+used only if no other user can write to it. A file starts with the SHA-256 of the path and the
+content. A truncated, changed or exchanged file is removed, and the code is compiled again.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _hash_text(text: str) -> str:
 
 
 def cache_directory(functions: Functions) -> Path | None:
-    """Return the folder of compiled code, or None, with a warning, without a cache."""
+    """Return the cache folder of an entry point. Without a cache, warn and return None."""
     root = cache_root()
     return root and root / f"{fingerprint(functions)}-{hash_sources(functions)}"
 
@@ -68,10 +68,10 @@ def hash_sources(functions: Functions) -> str:
 
 @cache
 def cache_root() -> Path | None:
-    """Return the folder of all compiled code, or None, with a warning, without a cache.
+    """Return the cache folder of all compiled code. Without a cache, warn and return None.
 
-    The cache is in `$BALDWINLAB_CACHE`. If that is not set, it is in the cache folder of the user,
-    or in a temporary folder if that cannot be used.
+    The cache is in `$BALDWINLAB_CACHE`. If the variable is not set, the cache is in the cache
+    folder of the user, or in a temporary folder if the folder of the user cannot be used.
     """
     configured_folder = os.environ.get("BALDWINLAB_CACHE")
     owner = os.getuid() if hasattr(os, "getuid") else "cache"
@@ -112,6 +112,7 @@ def _why_untrusted(directory: Path) -> str | None:
     trusted = {os.getuid(), parents[-1].stat().st_uid}
     for parent in parents:
         status = parent.stat()
+        # With the sticky bit, users cannot replace the entries of other users.
         is_open = status.st_mode & stat.S_IWOTH and not status.st_mode & stat.S_ISVTX
         if status.st_uid not in trusted or is_open:
             return f"other users can write to {parent} and so replace {directory}"
@@ -132,7 +133,7 @@ class FileCodeStore(CodeStore):
         self._find_bitcode = find_bitcode
 
     def read(self, key: str) -> bytes | None:
-        """Return the code under a key, or None if it is missing or does not match its checksum."""
+        """Return the code under a key, or None if the file is missing or the checksum differs."""
         path = self._path(key)
         try:
             raw = path.read_bytes()
@@ -161,7 +162,7 @@ class FileCodeStore(CodeStore):
         return self._find_bitcode(signature)
 
     def _digest(self, key: str, content: bytes) -> bytes:
-        """Return the SHA-256 of code and its path, which detects exchanged files."""
+        """Return the SHA-256 of code and of the path of its file, which detects exchanged files."""
         return hashlib.sha256(f"{self._directory.name}/{key}\n".encode() + content).digest()
 
     def _path(self, key: str) -> Path:
@@ -170,10 +171,10 @@ class FileCodeStore(CodeStore):
 
 @contextmanager
 def lock_directory(directory: Path | None) -> Iterator[None]:
-    """Let one process at a time compile code for a folder. The others then load its code."""
+    """Let one process at a time compile code for a folder. Other processes then load the code."""
     with ExitStack() as stack:
         if directory is not None and fcntl is not None and not _has_code(directory):
-            # Without a lock, each process compiles the code.
+            # If the lock fails, each process compiles the code.
             with suppress(OSError):
                 directory.mkdir(mode=0o700, exist_ok=True)
                 file = stack.enter_context((directory / "lock").open("w"))

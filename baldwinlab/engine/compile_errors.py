@@ -13,10 +13,12 @@ from baldwinlab.core.errors import PartError
 PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 MAX_REASON_LENGTH: Final = 300
 ANSI_COLOR: Final = re.compile(r"\x1b\[[0-9;]*m")
+# In a message of Numba, the reason stands between matches of these two patterns.
 REASON_START: Final = re.compile(r"Failed in nopython mode pipeline.*\n")
 REASON_END: Final = re.compile(
     r"\n\s*(There (are|is) \d+ candidate|During:|File \"|- Of which|- argument|$)"
 )
+# Matches 'File "rule.py", line 12' and 'at rule.py (12)'.
 POSITION_PATTERN: Final = re.compile(r'(?:File "|at )([^"\n]+?)(?:", line | \()(\d+)')
 CALL_PATTERN: Final = re.compile(
     r"Function\((?P<function>.*)\) found for signature: >>> (?P<name>[^(]+)\((?P<types>.*)\)$"
@@ -31,7 +33,7 @@ def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> Part
     custom_hooks = [
         hook for hook in functions if PACKAGE_FOLDER not in Path(hook.__code__.co_filename).parents
     ]
-    # The innermost error is the last one.
+    # Numba's message ends with the innermost error, which states the cause.
     plain_text = ANSI_COLOR.sub("", str(error))
     text = REASON_START.split(plain_text)[-1]
     words = REASON_END.split(text)[0].split()
@@ -44,6 +46,7 @@ def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> Part
         lines_in_hook = [
             line for line in lines_in_file if min(source_lines) <= line <= max(source_lines)
         ]
+        # An error about an undefined name may have no line in the hook.
         unknown_name = re.search(r"name '(\w+)' is not defined", text)
         if lines_in_hook or (unknown_name and unknown_name[1] in hook.__code__.co_names):
             line = lines_in_hook[0] if lines_in_hook else min(source_lines)
@@ -57,7 +60,7 @@ def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> Part
 
 
 def _translate(reason: str) -> str:
-    """Return the reason of Numba, or a correction if it names types of the engine."""
+    """Return Numba's reason, or advice if the reason contains types of the engine."""
     call = CALL_PATTERN.search(reason)
     engine_types = (
         set(re.findall(r"\b(?:wide|mask|lane_block)\b", call["types"])) if call else set()
@@ -71,7 +74,7 @@ def _translate(reason: str) -> str:
 def _explain_call(name: str, engine_types: set[str], types: str) -> str:
     """Return the error of a call of `name` with argument `types`.
 
-    `engine_types` are the types of the engine among them.
+    `engine_types`: types of the engine that `types` contains: "wide", "mask" or "lane_block".
     """
     if name in ("getitem", "static_getitem", "setitem", "static_setitem"):
         return (

@@ -1,15 +1,14 @@
-"""Fingerprints of functions, and hashes of their source files, which identify compiled code.
+"""Fingerprints of functions, and hashes of source files, which together identify compiled code.
 
 A fingerprint identifies a function in memory, in the cache and during compilation. A hash of a
-source file ignores comments and docstrings.
+source file ignores comments and docstrings. Compiled code contains functions from the modules of
+the chosen parts, and from all modules that these import, directly or indirectly. So `hash_modules`
+follows the imports inside the package. A change of another module, for example of another learning
+rule, does not change the hash.
 
-Compiled code contains functions of the modules of its parts, and of the modules that these import,
-directly or not. So `hash_modules` follows the imports inside the package. A change of another
-module, for example of another learning rule, does not change the hash.
-
-A hash is the same for all versions of Python. Its computation takes 10 ms per file, so the package
-contains the results for its shipped entry points (`STORED`), and the cache contains all others.
-Both identify a file by its bytes.
+The hash of a file is the same for all versions of Python. The computation takes 10 ms per file, so
+results are stored: in the package for the shipped entry points (`STORED`), and in the cache for all
+other files. A stored result belongs to a file with the same bytes.
 """
 
 from __future__ import annotations
@@ -33,16 +32,16 @@ from baldwinlab.core.file_writing import write_atomically
 
 PACKAGE: Final = Path(__file__).parents[1]
 COMPILED_PACKAGES: Final = ("engine", "evolution", "models", "parts")
-"""The packages with compiled code. `fingerprint` contains the constants that they import."""
+"""The packages with compiled code. Constants from other packages are part of `fingerprint`."""
 COMPILER: Final = "baldwinlab.engine.jit"
 """The module that compiles all entry points."""
 STORED: Final = Path(__file__).parent / "entry_points" / "sources.json"
 MAX_STORED: Final = 2000
-"""The number of sources that the cache contains."""
+"""Maximum number of source files with a result in the cache."""
 
 _LAYOUT: Final = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
 _NO_CODE: Final = {*_LAYOUT, tokenize.COMMENT, tokenize.ENCODING, tokenize.ENDMARKER}
-# Since Python 3.14. Earlier versions store None if a function has no docstring.
+# A flag since Python 3.14. Before, the first constant of a function is the docstring or None.
 _HAS_DOCSTRING: Final = getattr(inspect, "CO_HAS_DOCSTRING", None)
 
 
@@ -58,8 +57,8 @@ def fingerprint(functions: Iterable[Callable[..., Any]]) -> str:
 def name_fingerprint(functions: Sequence[Callable[..., Any]]) -> str:
     """Hash the names of functions in the package, and of all functions that they call.
 
-    The hash is the same for all versions of Python. It identifies functions only among equal
-    sources. For a function outside the package, it contains the code.
+    The hash is the same for all versions of Python. It identifies functions only if the sources are
+    equal. For a function outside the package, the hash includes the code.
     """
     pieces = {piece for value in reach(functions) for piece in _describe(value, _name_pieces)}
     names = [f"{function.__module__}.{function.__qualname__}" for function in functions]
@@ -67,7 +66,7 @@ def name_fingerprint(functions: Sequence[Callable[..., Any]]) -> str:
 
 
 def list_modules(functions: Iterable[Callable[..., Any]]) -> set[str]:
-    """Return the modules of functions, of all functions that they call, and of their parts."""
+    """Return the names of the modules that define functions, all called functions, and parts."""
     modules: set[str] = set()
     for value in reach(functions):
         if isinstance(value, type):
@@ -85,7 +84,7 @@ def python_of(function: Any) -> Any:
 
 
 def reach(functions: Iterable[Any]) -> Iterator[Any]:
-    """Yield functions, the functions that they call, and the types and constants that they use."""
+    """Yield functions, all functions that these call, and the types and constants in their code."""
     visited = set[int]()
     for function in functions:
         yield from _reach_value(function, visited)
@@ -123,7 +122,7 @@ def _code_pieces(code: CodeType) -> Iterator[str]:
 
 
 def _constants(code: CodeType) -> tuple[Any, ...]:
-    """Return the constants of a function without its docstring, which is the first one."""
+    """Return the constants of a function without the docstring, which is the first constant."""
     first = code.co_consts[:1]
     is_docstring = _HAS_DOCSTRING is None or code.co_flags & _HAS_DOCSTRING
     has_docstring = bool(first) and isinstance(first[0], str) and bool(is_docstring)
@@ -141,7 +140,7 @@ def _name_pieces(code: CodeType) -> Iterator[str]:
 def _used_globals(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
     for name in code.co_names:
         value = namespace.get(name)
-        # A function of a module, such as `np.float32`.
+        # `rng.philox` consists of the names `rng` and `philox`: the module and its function.
         if isinstance(value, ModuleType):
             members = (vars(value).get(attribute) for attribute in code.co_names)
             yield from (member for member in members if isinstance(member, FunctionType))
@@ -153,17 +152,17 @@ def _used_globals(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
 
 
 class SourceFile(NamedTuple):
-    """What compiled code depends on in a source file: its code, and the imported modules."""
+    """The content of a source file on which compiled code depends."""
 
-    name: str
-    code: str
-    imports: tuple[str, ...]
+    name: str  # Name of the module, such as "baldwinlab.engine.rng".
+    code: str  # Hash of the code without comments and docstrings.
+    imports: tuple[str, ...]  # Names of the imported modules with compiled code.
 
 
 def hash_modules(names: Iterable[str], stored: Path | None = None) -> str:
     """Hash the code of modules and of all modules that they import.
 
-    Sources are read from the file `stored`, and added to it.
+    `stored`: file with earlier results, to which the function adds new results.
     """
     return _hash_modules(frozenset(names), stored)
 
@@ -176,7 +175,7 @@ def _hash_modules(names: frozenset[str], stored: Path | None) -> str:
 
 
 def read_sources(names: Iterable[str], stored: Path | None = None) -> dict[str, SourceFile]:
-    """Return the sources of modules, of the compiler, and of all modules that they import."""
+    """Return the sources of modules, the compiler and all imported modules, by name of module."""
     known = _read_known(STORED) | (_read_known(stored) if stored else {})
     n_known = len(known)
     sources: dict[str, SourceFile] = {}
@@ -189,6 +188,7 @@ def read_sources(names: Iterable[str], stored: Path | None = None) -> dict[str, 
                 known[key] = parse_source(name, content)
             sources[name] = known[key]
             waiting += known[key].imports
+    # The newest results are the last entries of `known`.
     if stored and len(known) > n_known:
         _write_known(stored, dict([*known.items()][-MAX_STORED:]))
     return sources
@@ -205,7 +205,7 @@ def hash_files() -> str:
 
 
 def write_sources(file: Path, names: Iterable[str]) -> None:
-    """Store the sources of modules, and of all modules that they import."""
+    """Write the sources of modules, the compiler and all imported modules to `file`."""
     sources = read_sources(names)
     paths = {name: find_module(name) for name in sorted(sources)}
     known = {_read_file(path)[0]: sources[name] for name, path in paths.items() if path}
@@ -214,7 +214,8 @@ def write_sources(file: Path, names: Iterable[str]) -> None:
 
 @cache
 def _read_known(path: Path) -> dict[str, SourceFile]:
-    """Return stored sources by the hash of the bytes of their files."""
+    """Return stored sources by the hash of the bytes of the source file."""
+    # A file that is missing or damaged counts as a file without results.
     with suppress(OSError, ValueError, TypeError, AttributeError):
         entries: dict[str, Any] = json.loads(path.read_bytes())
         return {
@@ -225,7 +226,7 @@ def _read_known(path: Path) -> dict[str, SourceFile]:
 
 
 def _write_known(path: Path, known: Mapping[str, SourceFile]) -> None:
-    """Store sources, one line for each. Without them, the next process computes them again."""
+    """Write sources, one line for each. If this fails, the next process computes them again."""
     lines = [f"{json.dumps(key)}: {json.dumps(source)}" for key, source in known.items()]
     with suppress(OSError):
         write_atomically(path, "{{\n{}\n}}\n".format(",\n".join(lines)).encode())
@@ -267,6 +268,7 @@ def _list_imports(tree: ast.AST) -> Iterator[str]:
             # An imported name can be a module.
             names = [f"{node.module}.{alias.name}" for alias in node.names]
         for name in names:
+            # An import of "a.b.c" imports the packages "a.b" and "a", too.
             while name:
                 if find_module(name):
                     yield name
@@ -276,8 +278,8 @@ def _list_imports(tree: ast.AST) -> Iterator[str]:
 def remove_comments(text: str) -> str:
     """Return source code without comments, docstrings and blank lines.
 
-    Versions of Python divide an f-string into different tokens. So the result has lines of the
-    file, and tokens only tell where comments are.
+    Versions of Python divide an f-string into different tokens. So the result consists of lines of
+    the file. Tokens only show where comments and docstrings are.
     """
     lines = text.split("\n")
     code_rows: set[int] = set()
@@ -302,4 +304,5 @@ def _split_statements(text: str) -> Iterator[list[tokenize.TokenInfo]]:
         if token.type == tokenize.NEWLINE:
             yield statement
             statement = []
+    # The tokens after the last logical line.
     yield statement

@@ -1,9 +1,9 @@
 """Compilation for a GPU, with options for bit-identical results.
 
+`models/miniworld/backends/cuda_kernels.py` defines the kernels: the functions that a GPU executes.
 All functions that compiled code can call (jit.py, phases.py) are compiled again, for a single lane.
 Neither the compiler nor the linker contracts operations to fused multiply-adds, and division rounds
-as in IEEE 754.
-In Numba's simulator of a GPU, the same functions are plain Python.
+as in IEEE 754. In Numba's simulator of a GPU, the same functions are plain Python.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ _registered: set[Callable[..., Any]] = set()
 
 
 def any_lane(array: Any, lanes: int) -> Any:
-    """Return an array [row, 1] as [row, lane] with equal lanes, for any lane number."""
-    # A stride of 0 makes all lanes the same memory.
+    """Return a view [row, lane] of an array [row, 1], with the same values in all lanes."""
+    # With a stride of 0, all lanes are the same memory.
     return np.lib.stride_tricks.as_strided(
         array, shape=(array.shape[0], lanes), strides=(array.strides[0], 0)
     )
@@ -62,7 +62,7 @@ if not SIMULATED and importlib.util.find_spec("numba_cuda"):
 
 
 def _register_functions() -> None:
-    """Register the functions that compiled code can call. New modules and parts add functions."""
+    """Register all functions that compiled code can call, and that are not registered yet."""
     unregistered = [function for function in GENERIC if function not in _registered]
     for generic in unregistered:
         numba_cuda.overload(generic, strict=False)(GENERIC[generic])
@@ -75,7 +75,7 @@ def device(function: Function) -> Function:
 
 
 def kernel(threads: int) -> Callable[[Function], Function]:
-    """Compile a kernel for thread blocks of at most `threads` threads."""
+    """Return a decorator that compiles a kernel for blocks of at most `threads` threads."""
     bounds = {} if SIMULATED else {"launch_bounds": threads}
     return lambda function: _compile(function, **bounds)
 

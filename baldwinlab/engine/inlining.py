@@ -1,14 +1,14 @@
-"""Functions that are only compiled into others: typed and lowered, without machine code.
+"""Functions that are compiled into other functions only, and have no machine code of their own.
 
 By default, Numba optimizes every function that compiled code calls, and compiles it to machine
-code. Python never calls the functions of `jit.compiled`, and all of them are inlined. So the entry
-point is optimized once, with all functions in it. This saves a third of the time of a compilation.
-Results and speed do not change.
+code. The functions of `jit.compiled` are only lowered (translated to LLVM code), because all these
+functions are inlined. So LLVM optimizes the entry point once, with all functions in it. This saves
+a third of the time of a compilation. Results and speed do not change.
 
-Most functions read few fields of the state: eating does not need the learning rule. `_Linked.reads`
-lists the fields that a function and its callees read of a tuple (`reference.py`). Within a process,
-a function is compiled once for all combinations of parts with the same types of these fields. Each
-further combination takes less than half the time.
+Most functions read few fields of the state. For example, eating does not read the learning rule.
+`_Linked.reads` lists the fields of tuples (`reference.py`) that a function and its callees read.
+Within a process, a function is compiled once for all combinations of parts that have the same types
+in these fields. The compilation of each further combination takes less than half the time.
 """
 
 from __future__ import annotations
@@ -34,11 +34,12 @@ Read = tuple[type, str, types.Type]
 """The class of a named tuple, a field, and the type of the field."""
 
 _EARLIER_RESULTS: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
-"""Compiled functions by function and outlines of arguments, one for each set of types of fields."""
+"""Results by unrolling, function and outlines of arguments. A list has one result for each set of
+types of the fields that the function reads."""
 
 
 class _Linked(LinkedLibrary):
-    """The instructions of a function, to be linked into those of its callers."""
+    """The LLVM code of a function, which is linked into the code of each caller."""
 
     reads: frozenset[Read] = frozenset()
 
@@ -50,7 +51,7 @@ class _Linked(LinkedLibrary):
 
 
 def _find_reads(state: Any) -> Iterator[Read]:
-    """Yield the fields that a function itself reads of its arguments."""
+    """Yield the fields of arguments that a function reads, without the reads of its callees."""
     for kind, name in find_attribute_reads(state):
         yield from _reads_of_fields(kind, [name])
     for argument_types, return_type in find_calls(state):
@@ -75,14 +76,14 @@ def _find_references(kinds: Iterable[Any]) -> Iterator[Scattered]:
 
 
 def _outline(kind: Any) -> Any:
-    """Return a type without the field types of references in it."""
+    """Return a key of a type, in which references have no types of fields."""
     if isinstance(kind, Scattered):
         return type(kind), named_tuple_class(kind.tuple_type)
     return (type(kind), *map(_outline, kind.types)) if any(_find_references([kind])) else kind
 
 
 def _is_reusable(result: CompileResult, arguments: tuple[Any, ...]) -> bool:
-    """Return whether the arguments have the types of the fields that a function reads."""
+    """Return whether the fields that a compiled function reads have the same types in arguments."""
     return all(
         reference.field(name) == kind
         for reference in _find_references(arguments)
@@ -107,6 +108,7 @@ class Inlined(Compiler):
             if _is_reusable(earlier, arguments):
                 return self.reuse(earlier)
         result = super().compile_extra(function)
+        # A returned reference has the types of all fields, so its result fits no other arguments.
         if not any(_find_references([result.signature.return_type])):
             results.append(result)
         return result

@@ -1,13 +1,14 @@
-"""Compilation with Numba: its options, and cached entry points.
+"""Compilation with Numba: the options, and entry points with cached machine code.
 
 There is no fast-math: every operation is an IEEE float32 or integer operation in the order of the
 source, so results do not depend on vector width, number of threads, or batch size. There is no
 reference counting (`_nrt`): kernels allocate nothing, and counting the arrays of a state at every
 call costs more than the work.
 
-Only *entry points* are cached on disk, with all code that is compiled into them. The name of the
-folder contains a hash of the functions in memory (so a replaced function never matches), and a hash
-of their modules and of all modules that these import.
+An *entry point* is a compiled function that Python calls. Only entry points are cached on disk,
+with all code that is compiled into them. The name of the cache folder contains two hashes. The
+first is a hash of the functions in memory, so that a replaced function never matches. The second is
+a hash of the modules of these functions, and of all modules that these modules import.
 """
 
 from __future__ import annotations
@@ -36,18 +37,18 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispatchers.INLINED}
 
-
 _COMPILATION_LOCK: Final = Lock()
 _DISPATCHERS: Final[dict[cache.Functions, Any]] = {}
-"""The dispatchers of Numba of the entry points in use."""
+"""Numba's dispatchers of the entry points in use. A dispatcher compiles and calls a function."""
 
 SourceSelector = Callable[..., Any]
 GENERIC: Final[dict[Callable[..., Any], SourceSelector]] = {}
-"""Functions that compiled code can call. The value selects the source to compile."""
+"""Functions that compiled code can call, each with the function that selects the source."""
 
 
 def register(generic: Callable[..., Any], select_source: SourceSelector) -> Callable[..., Any]:
     """Let compiled code call `generic`. `select_source` returns the source for argument types."""
+    # `strict=False` allows a source with other argument names than those of `generic`.
     overload(
         generic,
         strict=False,
@@ -106,6 +107,7 @@ def _cached_jit(
             with cache.lock_directory(directory), _gc_disabled(), unrolling(not short_loops):
                 try:
                     dispatcher.compile(types)
+                # `compile_error` returns None if the error is not in a third-party hook.
                 except NumbaError as error:
                     raise compile_error(error, hooks) or error from None
             compiled_functions[key] = dispatchers.find_compiled_function(dispatcher, types)
@@ -116,9 +118,9 @@ def _cached_jit(
 
 
 def _argument_type(value: Any) -> Any:
-    """Return a key of the type of an argument.
+    """Return a key of an argument. Arguments of different Numba types have different keys.
 
-    Numba computes the type of a part at every call, which took as long as reproduction.
+    Numba would compute the type of a part at every call, which takes as long as reproduction.
     """
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim, value.flags.num
@@ -157,7 +159,7 @@ def is_cached(function: Callable[..., Any], hooks: tuple[Callable[..., Any], ...
 
 
 def list_entry_points() -> Iterator[tuple[cache.Functions, Any, bytes]]:
-    """Yield the functions of each compiled entry point, a signature, and its bitcode."""
+    """Yield (functions, signature, bitcode) for each signature of each compiled entry point."""
     for functions, dispatcher in _DISPATCHERS.items():
         for signature, content in dispatchers.list_bitcode(dispatcher):
             yield functions, signature, content

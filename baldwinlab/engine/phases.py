@@ -1,9 +1,9 @@
 """Hooks: functions that every part of a kind has, selected by the type of the part at compile time.
 
-In compiled code a part is a NamedTuple. The attribute `part` of its class is the class that holds
-the hooks as static methods. The first argument of a hook is the part: `learn(rule, model, state,
-step, lane)`. Numba compiles the function of the part at the place of the call, without branch or
-indirection. Plain Python and the GPU simulator look the function up instead.
+In compiled code, a part is a NamedTuple. The class of the NamedTuple has the attribute `part`: the
+Python class with the hooks as static methods. The first argument of a hook is the part:
+`learn(rule, model, state, step, lane)`. Numba compiles the hook of this part at the place of the
+call, without branch or indirection. Plain Python and the GPU simulator look the hook up instead.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def part_class(kind: Any) -> Any:
 def make_part_type(holder: type[Any], fields: Sequence[str]) -> Any:
     """Return the NamedTuple of a part in compiled code, with the hooks of `holder`.
 
-    It is the attribute `Compiled` of `holder`, because Numba's cache identifies it by this name.
+    The class is also stored as `holder.Compiled`, because Numba's cache finds it by this name.
     """
     part_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
     part_type.__module__ = holder.__module__
@@ -53,7 +53,10 @@ def hook(default: Callable[..., Any]) -> Any:
 def for_each(
     hook_function: Callable[..., Any], empty_result: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
-    """Return a function that calls a hook for each part of a tuple and joins the results."""
+    """Return a function that calls a hook for each part of a tuple and joins the results.
+
+    `join(first, second)` joins two results. `empty_result` is the result of an empty tuple.
+    """
 
     def generic(parts: Any, *arguments: Any) -> Any:
         result = empty_result
@@ -67,6 +70,7 @@ def for_each(
             return lambda parts, *arguments: empty_result
         if len(parts) == 1:
             return lambda parts, *arguments: hook_function(parts[0], *arguments)
+        # Parts have different types, so compiled code calls itself for the rest, without a loop.
         return lambda parts, *arguments: join(
             hook_function(parts[0], *arguments), generic(parts[1:], *arguments)
         )
@@ -91,8 +95,8 @@ def select_by_type(
 ) -> Callable[..., Any]:
     """Return a function that calls one of two functions, by the types of the parts in a tuple.
 
-    It calls `match_function` if `is_match` is true for the class of any part.
-    Otherwise it calls `default_function`.
+    The returned function calls `match_function` if `is_match` is true for the class of any part,
+    and `default_function` otherwise.
     """
 
     def generic(parts: Any, *arguments: Any) -> Any:
@@ -109,6 +113,7 @@ def select_by_type(
 
 def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
     """Return the static methods of a class and its bases: the hooks of a part."""
+    # A dict has each name once, in a defined order.
     names = {
         name: None
         for cls in holder.__mro__
@@ -119,9 +124,9 @@ def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
 
 
 RECORD_TYPES: Final = ("float32", "int32")
-"""Types of the records of parts."""
+"""Data types of the records of parts."""
 RUN_ARRAY_TYPES: Final = ("float64", "float32", "int32")
-"""Types of the arrays of a run, which records can store."""
+"""Data types of the arrays of a run, which the file of a run can store."""
 
 
 class Array(NamedTuple):
@@ -130,14 +135,14 @@ class Array(NamedTuple):
     Attributes
     ----------
     owner : str
-        "agent": `[*rows, lane]`. "lane": `[lane, *rows]`. "world": `[world, *rows]`. "batch" and
-        "run": `[*rows]`.
+        Owner of the entries, which determines the dimensions: "agent" for `[*rows, lane]`, "lane"
+        for `[lane, *rows]`, "world" for `[world, *rows]`, "batch" and "run" for `[*rows]`.
     rows : tuple of int or str
-        Sizes: numbers, or names of dimensions.
+        Sizes of the dimensions: numbers, or names such as "weights".
     dtype : str
         Type of the entries.
     fill : float or None
-        Initial value, set once for all generations. None: undefined.
+        Initial value, set once for all generations. None if the entries are undefined.
     unit : str
         Unit of a record, "1" for a number without unit.
     help : str
@@ -179,8 +184,8 @@ def per_agent(
     dtype : str
         Type of the entries. SIMD blocks need "float32".
     fill : float or None
-        Initial value, set once. None: undefined, so that each lifetime must write an entry
-        before it reads it.
+        Initial value, set once. None if the entries are undefined, so that a lifetime must write
+        an entry before it reads the entry.
     unit : str
         Unit of a record.
     help : str

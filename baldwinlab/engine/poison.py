@@ -5,8 +5,8 @@ patterns. Code that reads memory before it writes it gives other results under a
 two runs with two patterns must give the same bits. Every output and scratch buffer of lifetimes and
 of reproduction is allocated by `empty` or filled by `fill`.
 
-Integers of the patterns are small, and every poisoned array has a margin on both sides: an index
-that was never written reads or writes the margin, and not the memory of something else.
+Integers of the patterns are small, and every poisoned array has a margin on both sides. So an index
+that was never written points into the array or the margin, and not to other memory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MARGIN_ROWS: Final = 8
 
 
 class Pattern(NamedTuple):
-    """The values of unwritten memory, by the kind of number."""
+    """The value of unwritten memory for each kind of data type."""
 
     real: float
     signed: int
@@ -38,7 +38,6 @@ class Pattern(NamedTuple):
 
 
 PATTERNS: Final = {1: Pattern(math.nan, -3, 3, True), 2: Pattern(-1e30, 4, 5, False)}
-
 
 # None before the environment variable is read.
 _active_pattern_number: int | None = None
@@ -102,6 +101,6 @@ def allocate(shape: tuple[int, ...], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     row_bytes = math.prod(shape[1:]) * dtype.itemsize
     margin = MARGIN_ROWS * (CACHE_LINE_BYTES + row_bytes) if is_on() else 0
     buffer = np.zeros(size + CACHE_LINE_BYTES + 2 * margin, np.uint8)
-    # The first byte after the margin on a cache line.
+    # Index of the first byte after the margin at which a cache line begins.
     first = margin + -(buffer.ctypes.data + margin) % CACHE_LINE_BYTES
     return buffer[first : first + size].view(dtype).reshape(shape)

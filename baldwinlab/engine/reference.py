@@ -1,12 +1,13 @@
 """Tuples of arrays that compiled functions pass by address.
 
 Numba passes the items of a tuple as separate arguments. A state of sixty arrays has five hundred
-arguments, and passing them takes longer to compile than the work of a function. After inlining, the
-address does not exist in the machine code.
+arguments, and these arguments take longer to compile than the work of a function. So the functions
+of a step pass an address instead. Inlining removes the address from the machine code.
 
-A `Scattered` reference is a list of addresses, one per field. The position of a field then does not
-depend on the types of the others, so a function can serve all tuples with the same types of the
-fields that it reads (`inlining.py`). Browsers pass a `Reference`, the address of a tuple in memory.
+A `Scattered` reference is a list of addresses, one per field of the tuple. The index of a field in
+the list does not depend on the types of other fields. So one compiled function can serve all tuples
+that have the same types in the fields that the function reads (`inlining.py`). Browsers pass a
+`Reference`, the address of a tuple in memory.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Reference(types.Type):  # type: ignore[misc]
 
     @property
     def key(self) -> Any:
-        """The type of the tuple. Types of different classes may have the same name."""
+        """The tuple type, by which Numba compares references. Names of types can be equal."""
         return self.tuple_type
 
 
@@ -80,6 +81,7 @@ def _load_field(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
         address = builder.load(cgutils.gep(builder, value, index))
         pointer = builder.bitcast(address, data_type(field).as_pointer())
     else:
+        # The 0 selects the tuple at the address, and `index` selects the field in the tuple.
         pointer = cgutils.gep_inbounds(builder, value, 0, index)
     return load_value(context, builder, field, pointer)
 
@@ -103,7 +105,7 @@ def _emit_as_pointer(context: Any, builder: Any, signature: Any, arguments: Any)
 
 
 def dereference(reference: Any) -> Any:
-    """Return the named tuple of a reference. Its fields must not change any more."""
+    """Return a named tuple of the fields of a reference. No field may be replaced afterwards."""
     return reference
 
 
@@ -115,6 +117,7 @@ def _emit_dereference(context: Any, builder: Any, signature: Any, arguments: Any
     return make_tuple(context, builder, kind.tuple_type, fields)
 
 
+# The types of the two functions in compiled code: tuple to `Scattered`, and reference to tuple.
 type_callable(as_pointer)(lambda context: lambda tuple_type: Scattered(tuple_type))
 lower_builtin(as_pointer, BaseNamedTuple)(_emit_as_pointer)
 type_callable(dereference)(

@@ -19,7 +19,8 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, jit_entry_point
 
-# Purposes of random numbers. Stored results depend on the values: append, but never renumber.
+# Purposes of random numbers, with the meaning of index and draw. Stored results depend on these
+# values, so new purposes are appended and old purposes are never renumbered.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
 FOOD: Final = 1  # index: item; draw: number of earlier positions of the item
 ACTION_WEIGHTS: Final = 2  # index: agent; draw: weight
@@ -50,6 +51,7 @@ END_NAMED: Final = 2**31
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 
+# Constants of Philox4x32: multipliers, increments of the key, mask of the low word, shift.
 _M0 = np.uint64(0xD2511F53)
 _M1 = np.uint64(0xCD9E8D57)
 _W0 = np.uint32(0x9E3779B9)
@@ -132,12 +134,12 @@ def uniform(word: Word) -> np.float64:
 
 
 class Stream(NamedTuple):
-    """Key of any number of random numbers. `draw` returns them.
+    """Key of a sequence of random numbers, which `draw` returns.
 
     Attributes
     ----------
     seed, run, generation : int
-        Key and generation.
+        Seed of the study, index of the run, and generation.
     purpose : int
         Purpose of the random numbers, which the simulation sets.
     """
@@ -218,7 +220,7 @@ def uniforms(
     Parameters
     ----------
     seed, run, generation : int
-        Key and generation.
+        Seed of the study, index of the run, and generation.
     purpose : int
         Purpose, for example `LIFE`.
     shape : tuple of int

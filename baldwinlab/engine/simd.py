@@ -50,7 +50,7 @@ Value = Any
 Mask = Any
 """A Boolean, or one for each lane of a SIMD block."""
 
-# Numbers in expressions of float32: with a number of Python, the result would be a float64.
+# Constants for float32 expressions. With a number of Python, the result would be a float64.
 ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
@@ -65,7 +65,7 @@ _FLOAT32_BYTES: Final = 4
 
 
 class BlockType(types.Type):  # type: ignore[misc]
-    """Numba type of a SIMD block. Its value is the number of the first lane."""
+    """Numba type of a SIMD block. The value of a block is the index of the first lane."""
 
     def __init__(self) -> None:
         super().__init__("lane_block")
@@ -90,7 +90,6 @@ WIDE = WideType()
 MASK = MaskType()
 # Types of the values of a block: a value for each lane, or one value for all lanes.
 _VALUE_TYPES: Final = (WIDE, types.float32)
-
 
 _LLVM_TYPES: Final = {BLOCK: index_type(), WIDE: _VECTOR, MASK: _BIT_VECTOR}
 
@@ -117,12 +116,12 @@ def lanes_in_block() -> int:
 
 
 def first_lane(lane: Lane) -> int:
-    """Return the number of a lane, or of the first lane of a SIMD block."""
+    """Return the index of a lane, or of the first lane of a SIMD block."""
     return lane  # type: ignore[no-any-return]
 
 
 def lanes_of(lane: Lane) -> int:
-    """Return the number of lanes of a lane (1) or of a SIMD block."""
+    """Return the number of lanes: 1 for a lane, `WIDTH` for a SIMD block."""
     return 1
 
 
@@ -211,9 +210,10 @@ def _register_instructions(
 
 def _emit_address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     """Return the address of `array[row, lane]`, for one lane or a SIMD block."""
+    # `put` has the value as fourth argument.
     array_type, row_type, lane_type = signature.args[:3]
     array, row, lane = arguments[:3]
-    # The value of a block is the number of its first lane.
+    # The value of a block is the index of the first lane.
     lane_number_type = types.intp if lane_type is BLOCK else lane_type
     indices = [(row_type, row), (lane_number_type, lane)]
     address = item_address(context, builder, array_type, array, indices)
@@ -226,12 +226,13 @@ def _emit_repeated(builder: Any, number: Any) -> Any:
     """Return a vector with the same number in each lane."""
     undefined = ir.Constant(_VECTOR, ir.Undefined)
     first_lane_only = builder.insert_element(undefined, number, ir.Constant(_INT32, 0))
+    # A shuffle with the index 0 in each lane copies lane 0 to all lanes.
     source_lanes = ir.Constant(_INT32_VECTOR, [0] * WIDTH)
     return builder.shuffle_vector(first_lane_only, undefined, source_lanes)
 
 
 def _as_vector(builder: Any, value: Any) -> Any:
-    """Return a vector as it is, and a float32 as a vector with this value in each lane."""
+    """Return a vector unchanged, and a float32 as a vector with this value in each lane."""
     return value if value.type == _VECTOR else _emit_repeated(builder, value)
 
 
@@ -266,7 +267,7 @@ def _emit_get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
     if signature.return_type is not WIDE:
         return load_item(context, builder, signature.return_type, address)
     load = builder.load(address)
-    # A block can start at any float32, so it is not aligned to its size.
+    # A block can start at any float32, so only the alignment of a float32 is certain.
     load.align = _FLOAT32_BYTES
     return load
 
@@ -389,7 +390,7 @@ def _emit_choose(context: Any, builder: Any, signature: Any, arguments: Any) -> 
 
 
 def _emit_any_of(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    # Without AVX-512, a mask of this form needs no conversion.
+    # One integer of all lanes is compared with 0. Without AVX-512, `sext` needs no instruction.
     words = builder.sext(arguments[0], _INT32_VECTOR)
     bits_type = ir.IntType(32 * WIDTH)
     return builder.icmp_unsigned("!=", builder.bitcast(words, bits_type), ir.Constant(bits_type, 0))
@@ -493,4 +494,4 @@ ONE_LANE_FUNCTIONS: Final = (
     put,
     square_root,
 )
-"""Functions whose Python source a GPU compiles, because a thread computes one lane."""
+"""Functions that a GPU compiles from the Python source, because a thread computes one lane."""

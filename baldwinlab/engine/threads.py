@@ -1,4 +1,4 @@
-"""Threads of a task: their number, and calls of compiled code in all of them."""
+"""The number of threads of a task, and functions that call compiled code in these threads."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from typing import Final
 
 from numba import config
 
+# Maximum number of threads for work in the current context.
 _THREADS: Final[ContextVar[int]] = ContextVar("threads", default=1)
-# Signals whose handlers raise KeyboardInterrupt. Windows has no alarms.
+# Signals with handlers that raise KeyboardInterrupt. Windows has no SIGALRM.
 _INTERRUPTIONS: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGALRM") if hasattr(signal, name)
 )
@@ -30,7 +31,7 @@ def available_cores() -> int:
 
 @contextmanager
 def use_threads(count: int) -> Iterator[None]:
-    """Let the work of this context use `count` threads, where it is large enough."""
+    """Allow `count` threads for work in this context. `count_threads` gives small work fewer."""
     token = _THREADS.set(count)
     try:
         yield
@@ -39,19 +40,19 @@ def use_threads(count: int) -> Iterator[None]:
 
 
 def count_threads(size: int, minimum_size: int) -> int:
-    """Return the number of threads for work on `size` entries, at least `minimum_size` each.
+    """Return the number of threads for `size` entries, at least `minimum_size` for each thread.
 
-    Plain Python uses one thread.
+    Plain Python, and work on fewer entries than `minimum_size`, use one thread.
     """
     return 1 if config.DISABLE_JIT else max(1, min(_THREADS.get(), size // minimum_size))
 
 
 @contextmanager
 def defer_interruptions() -> Iterator[None]:
-    """Raise an interruption that arrives in this context at its end.
+    """Delay an interruption until the end of this context.
 
-    A thread and a future have locks in Python code. An exception between two of its instructions
-    leaves a lock acquired, and the threads that wait for it never end.
+    The Python code of threads and futures acquires locks. If an interruption raises an exception in
+    this code, a lock stays acquired, and the threads that wait for the lock never end.
     """
     arrived: list[int] = []
     try:
@@ -60,7 +61,7 @@ def defer_interruptions() -> Iterator[None]:
             if threading.current_thread() is threading.main_thread():
                 for number in _INTERRUPTIONS:
                     handler = signal.getsignal(number)
-                    # Python code handles the signal.
+                    # Only a handler in Python can raise an exception.
                     if callable(handler):
                         handlers.callback(signal.signal, number, handler)
                         signal.signal(number, lambda number, _: arrived.append(number))
@@ -71,25 +72,27 @@ def defer_interruptions() -> Iterator[None]:
 
 
 def run_in_threads(function: Callable[[int], None], threads: int) -> None:
-    """Call `function` with the numbers 0 to `threads` - 1, each in a thread, at the same time.
+    """Call `function(thread)` for the threads 0 to `threads` - 1, all at the same time.
 
-    An interruption is raised after the calls.
+    An interruption is raised after all calls.
     """
     if threads == 1:
         function(0)
         return
+    # The calling thread is thread 0, so the pool has one thread less.
     with defer_interruptions(), ThreadPoolExecutor(threads - 1) as pool:
         futures = [pool.submit(function, thread) for thread in range(1, threads)]
         function(0)
+        # `result` raises the exception of a call that failed.
         for future in futures:
             future.result()
 
 
 def run_in_ranges(function: Callable[[int, int], None], size: int, minimum_size: int) -> None:
-    """Call `function` with the first number and the end of ranges that cover `size` entries.
+    """Call `function(first, end)` for ranges of indices that together cover 0 to `size` - 1.
 
-    The threads of the context call it at the same time. A range has at least `minimum_size` entries
-    if `size` does.
+    Each thread calls the function for one range. A range has at least `minimum_size` entries,
+    unless `size` is smaller.
     """
     threads = count_threads(size, minimum_size)
 

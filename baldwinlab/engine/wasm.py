@@ -1,7 +1,7 @@
 """Compile functions to a WebAssembly module for browsers.
 
 The WebAssembly module executes the same floating-point instructions as the compiled code of this
-machine, so its results are bit-identical. Numba generates LLVM code for this machine. The functions
+machine, so the results are bit-identical. Numba generates LLVM code for this machine. The functions
 below change the target of this code to WebAssembly and then optimize it. An entry point takes
 addresses of named tuples (`reference.py`) and returns nothing. The WebAssembly module imports only
 its memory.
@@ -45,23 +45,21 @@ from baldwinlab.engine.reference import Reference
 TARGET_TRIPLE: Final = "wasm32-unknown-unknown"
 TARGET_FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
 N_LANES: Final = 4
-"""Number of float32 lanes in a SIMD register of WebAssembly."""
+"""Number of float32 lanes in a SIMD register of WebAssembly, for `compile_in_subprocess`."""
 OPTIMIZATION_LEVEL: Final = 3
 MAX_REASON_LENGTH: Final = 500
+# Versions of LLVM in names such as `wasm-ld-18`, the newest first: 22 to 14.
 WASM_LD_VERSIONS: Final = range(22, 13, -1)
 STACK_BYTES: Final = 256 * 1024
 INTRINSIC_BY_FUNCTION: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}
-"""LLVM instruction that replaces each function of libm. Both have exact results."""
+"""LLVM intrinsic that replaces a function of libm. The two have the same, exact results."""
 
 Entry = tuple[Callable[..., Any], Sequence[Any]]
 """A function and the types of its arguments. Arguments are passed by address."""
 
 
 def module(entries: Mapping[str, Entry]) -> bytes:
-    """Compile a WebAssembly module that exports functions by name.
-
-    Raise RefusedError if no linker is installed.
-    """
+    """Compile a WebAssembly module that exports functions. Raise RefusedError without a linker."""
     linker = find_linker()
     machine = _make_target_machine()
     linked_module: Any = None
@@ -76,6 +74,7 @@ def module(entries: Mapping[str, Entry]) -> bytes:
             linked_module = unit
         else:
             linked_module.link_in(unit)
+    # The builder copies the setting of `unrolling`, so it is made within the block.
     with unrolling(False):
         builder = make_pass_builder(machine, OPTIMIZATION_LEVEL)
     builder.getModulePassManager().run(linked_module, builder)
@@ -92,17 +91,18 @@ def _make_target_machine() -> Any:
 
 
 def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, str]:
-    """Return the LLVM code of a function before optimization, and the name of its symbol."""
+    """Return (LLVM code of a function before optimization, name of the function in this code)."""
     dispatcher = numba.njit(**UNWRAPPED, **OPTIONS)(function)
     return compile_to_llvm(dispatcher, types.void(*map(Reference, arguments)))
 
 
 def _retarget(text: str, symbol: str, name: str, n_arguments: int, machine: Any) -> str:
-    """Return LLVM code for WebAssembly, with a function `name` of `n_arguments` addresses."""
+    """Return LLVM code for WebAssembly, in which `name` passes `n_arguments` to `symbol`."""
     text = re.sub(
         r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text
     )
     text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{TARGET_TRIPLE}"', text)
+    # WebAssembly has no symbols with common linkage.
     text = text.replace(" common ", " ")
     for function, instruction in INTRINSIC_BY_FUNCTION.items():
         text = text.replace(f"@{function}(", f"@{instruction}(")
@@ -132,6 +132,7 @@ def _link(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:
             "-z",
             f"stack-size={STACK_BYTES}",
         ]
+        # The linker defines `__heap_base`, the address of the first free byte.
         names = [f"--export={name}" for name in (*exported, "__heap_base")]
         command = [*linker, *options, *names, "-o", str(target), str(source)]
         result = subprocess.run(command, capture_output=True, text=True)
@@ -165,6 +166,7 @@ def _memory_offsets(
     names = numba_type.fields if is_named else range(len(numba_type))
     fields = zip(names, numba_type.types, strict=True)
     for number, (field_name, field_type) in enumerate(fields):
+        # A tuple of equal types is an array of LLVM, and other tuples are structures.
         if isinstance(llvm_type, ir.ArrayType):
             field_llvm_type = llvm_type.element
             start = number * field_llvm_type.get_abi_size(data)
@@ -185,6 +187,7 @@ def compile_in_subprocess(module_name: str, request: Any) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         variables = {
             "BALDWINLAB_LANES": str(N_LANES),
+            # The code is optimized for WebAssembly, and not before by Numba.
             "NUMBA_OPT": "0",
             "BALDWINLAB_CACHE": folder,
         }

@@ -1,7 +1,7 @@
 """Operators on genomes: founders, selection, variation, inheritance and fitness.
 
 Compiled functions allocate no memory and check no arguments. The functions that other packages call
-do both.
+allocate memory and check arguments.
 """
 
 from baldwinlab.evolution.breeding import breed, make_generation

@@ -1,8 +1,8 @@
 """Breeding: selection of parents and variation of their genomes make the next generation.
 
 A single mutant is a copy of a genome with one mutation. The variation makes a child of an agent
-with itself, so recombination has no effect. A mutant has one of the genes that differ in this
-child, chosen at random.
+with itself, so that recombination has no effect. The genes that differ in this child are mutations,
+and the mutant has a random one of these.
 """
 
 from __future__ import annotations
@@ -203,15 +203,16 @@ def _complete_parents(parents: Parents, first_child: int, end_child: int) -> Non
 def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: Genome) -> Genome:
     """Return a single mutant of each agent.
 
-    - `experiment`: the experiment with the variation. If the variation has a mutation rate, it is
-      set to 1, so that each of its genes mutates with equal probability.
+    - `experiment`: the experiment with the variation. If the variation has a mutation rate, the
+      rate is set to 1, so that each gene mutates with equal probability.
     - `key`: key of the random numbers. No generation of the run may have it.
     - `genome`: [agent, module, weight] with the same genes at the same entries.
 
-    Returns the mutants. A mutant equals its agent if the variation changes none of its genes.
+    Returns the mutants. If the variation changes no gene of an agent, the mutant equals the agent.
     """
     n_agents = len(genome)
     experiment = _mutate_all_genes(experiment)
+    # Both parents of a child are the agent: [agent, 2].
     itself = np.repeat(np.arange(n_agents, dtype=np.int32)[:, None], 2, axis=1)
     equal_fitness = np.zeros((1, n_agents))
     keys = key.as_run_keys()

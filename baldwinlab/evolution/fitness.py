@@ -24,8 +24,8 @@ from baldwinlab.parts.model_part import LifeResults
 class Energy(FitnessPart, name="energy"):
     """Energy gained during the lifetime, minus the cost of learning; negative values become 0.
 
-    The selection `roulette` needs values of 0 or more.
-    Agents whose cost exceeds their energy have equal fitness. A custom fitness can separate them.
+    The selection `roulette` needs values of 0 or more. All agents with a cost above their energy
+    have the fitness 0. A custom fitness can separate these agents.
 
     References
     ----------
@@ -79,12 +79,10 @@ def mean_fitness(
 
 
 def find_archive_fitness(experiment: BaseExperiment) -> str:
-    """Return the fitness that depends on earlier generations of a run; "" without one.
+    """Return the fitness that depends on earlier generations of a run, or "".
 
-    Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime that is
-    simulated outside its run has no archive.
-
-    Returns the setting with its value, such as "evolution.fitness = 'novelty'".
+    Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime outside
+    its run has no archive. The result is a setting, such as "evolution.fitness = 'novelty'".
     """
     for _, segment in experiment.segments():
         for member in segment.species_experiments() or (segment,):
@@ -169,7 +167,7 @@ def compute_learning_cost(
 
 @jit_entry_point
 def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
-    """Add to `cost` the cost of the distance between the action modules at birth and at death."""
+    """Add to `cost` [agent] the cost of the Euclidean distance of weights at birth and at death."""
     for agent in range(cost.size):
         squared_distance = 0.0
         for weight in range(learned.shape[1]):

@@ -52,7 +52,7 @@ class FitnessSharing(Selection, name="fitness-sharing"):
     """Roulette on shared fitness: the fitness of an agent, divided by its niche count.
 
     The niche count is the sum of 1 - (d / radius)^exponent over all agents at a distance d below
-    `radius`, with the agent itself. The distance is the root mean square difference of the genes.
+    `radius`, the agent included. The distance is the root mean square difference of the genes.
     Groups of similar agents then have children in proportion to the fitness of their members, and
     not to their number. Fitness must not be negative.
 

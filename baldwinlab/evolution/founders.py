@@ -35,7 +35,6 @@ PURPOSE_BY_MODULE: Final = {
     "action": rng.ACTION_WEIGHTS,
     "reinforcement": rng.REINFORCEMENT_WEIGHTS,
 }
-
 # Number of random words that one call of the generator returns.
 WORDS_PER_CALL: Final = 4
 
@@ -110,8 +109,8 @@ def _sample_genomes(
 ) -> Genome:
     """Return `count` genomes of genome file `file_index`.
 
-    If `count` is the size of the stored population, the result is this population in its order.
-    Otherwise the agents are in random order. If the file has fewer than `count`, the order repeats.
+    If `count` is the size of the stored population, the result is this population in the stored
+    order. Otherwise the agents are in random order. If `count` is larger, agents repeat.
     """
     entry = experiment.evolution.founders[file_index]
     stored = read_genomes(entry)
@@ -123,7 +122,7 @@ def _sample_genomes(
     require_genes_in_range(experiment, population, entry.path)
     if count == len(population):
         return np.array(population)
-    # Each genome file has its column of random numbers [agent, file, 4].
+    # [agent, file, 4]: a genome file has an order that does not depend on other files.
     uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), file_index + 1))
     order = np.argsort(uniforms[:, file_index, 0], kind="stable")
     sampled_agents = order[np.arange(count) % len(order)]
@@ -167,7 +166,7 @@ def _draw_founders_of_model(experiment: BaseExperiment, keys: RunKeys) -> Genome
 
 
 def list_module_purposes(experiment: Experiment) -> list[int]:
-    """Return for each module the purpose of its random numbers, a constant of `engine.rng`."""
+    """Return the purpose of the random numbers of each module, such as `rng.ACTION_WEIGHTS`."""
     return [
         PURPOSE_BY_MODULE.get(name, rng.MODULE_WEIGHTS + module_index)
         for module_index, name in enumerate(experiment.modules)

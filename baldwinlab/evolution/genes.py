@@ -3,8 +3,8 @@
 The genomes of each generation of a run are checked once: all genes are written and finite.
 
 A child inherits each gene from one of its parents with equal probability. The gene then mutates as
-its declaration states, and stays in its range. A survivor keeps its genes. Genes are inherited
-before the variation, which can therefore read them in the genome of the child.
+the declaration of the gene states, within the declared range. A survivor keeps its genes. Genes are
+inherited before the variation, so that the variation can read them in the genome of the child.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def require_finite(experiment: BaseExperiment, keys: RunKeys, genomes: Genome, *
 
 
 def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, ...]:
-    """Return the position of the first gene that is not finite and not declared, or ().
+    """Return the indices of the first gene that must be finite and is not, or ().
 
-    The position has one number for each dimension of `genome` [..., module, weight].
+    The indices are (agent, module, weight), or (run, agent, module, weight) for a genome file.
     """
     if np.isfinite(genome).all():
         return ()
@@ -65,6 +65,7 @@ def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, .
     # The part that defines the format of genomes declares which genes may be infinite.
     genome_field = "network.kind" if isinstance(experiment, Experiment) else "model"
     infinite_genes = list(experiment.part(genome_field).infinite_genes)
+    # These genes may be infinite, but not NaN.
     faulty[..., infinite_genes] = np.isnan(genome[..., infinite_genes])
     positions = np.argwhere(faulty)
     return tuple(positions[0].tolist()) if len(positions) > 0 else ()
@@ -85,8 +86,7 @@ class GeneTable(NamedTuple):
     """The genes of an experiment, for compiled code."""
 
     first: int  # Index of the first gene in the first module of a genome.
-    # Smallest value, largest value, size and rate of mutations, number of the kind of mutation,
-    # [gene, 5].
+    # [gene, 5]: lowest value, highest value, size and rate of mutations, index in `MUTATIONS`.
     values: npt.NDArray[np.float64]
 
     @property
@@ -96,13 +96,13 @@ class GeneTable(NamedTuple):
 
 
 def make_gene_table(experiment: BaseExperiment) -> GeneTable:
-    """Return the genes of parts of an experiment as a table. It has no rows without genes."""
+    """Return the genes of parts of an experiment as a table, which has no rows without genes."""
     return _make_gene_table(experiment, registry.count_changes())
 
 
 @lru_cache(maxsize=64)
 def _make_gene_table(experiment: BaseExperiment, n_changes: int) -> GeneTable:
-    """Return the table of genes. `n_changes` counts the changes of the custom parts."""
+    """Return the table of genes. A change of custom parts changes `n_changes`, a cache key."""
     rows = [
         (gene.low, gene.high, gene.size, gene.rate, MUTATIONS.index(gene.mutation))
         for gene in experiment.genes.values()
@@ -163,7 +163,7 @@ def inherit_genes(
     parents: Parents,
     children: Genome,
 ) -> Genome:
-    """Write the inherited and mutated genes of parts into `children`, and return a copy of them.
+    """Write the inherited and mutated genes of parts into `children`, and return these genes.
 
     - `genomes` [run, agent, module, weight]: genomes of the parents' generation.
     - `parents` [run, child, 2]: parents of each child. The second one of a survivor is `ITSELF`.
@@ -204,8 +204,8 @@ def _inherit_in_runs(
 def mix_genes(table: Any, key: Any, number: int, parents: Any, child: Any) -> None:
     """Write the genes of parts of a child, inherited from two parents and mutated.
 
-    `parents` [module, weight]: genomes of the parents. `child` [module, weight]: output: its genes
-    of parts.
+    `number`: index of the child. `parents`: two genomes [module, weight]. `child` [module, weight]:
+    output: the genes of parts.
     """
     first_parent, second_parent = parents
     for gene in range(table.values.shape[0]):

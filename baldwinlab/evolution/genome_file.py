@@ -1,10 +1,10 @@
-"""Genome files with the genomes of an agent or of populations, their layout and their origin.
+"""Genome files with the genomes of an agent or of populations, and their layout and origin.
 
-A genome file is netCDF 3 with a checksum. Its variable `genome` has the dimensions run, agent,
-module and weight. Its attributes contain the experiment and the layout of the genomes. A NumPy file
-(.npy) can be read, too. Its array is [weight], [agent, weight], [agent, module, weight] or [run,
-agent, module, weight]. The first two have the weights of all modules in a row, as external
-optimizers do. Such a file has no layout, so only its shape is checked.
+A genome file is netCDF 3 with a checksum. The variable `genome` has the dimensions run, agent,
+module and weight. The attributes contain the experiment and the layout of the genomes. A NumPy file
+(.npy) can be read, too. The array is [weight], [agent, weight], [agent, module, weight] or [run,
+agent, module, weight]. In [weight] and [agent, weight], the weights of all modules are in a row, as
+in external optimizers. A NumPy file has no layout, so only the shape is checked.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def read_genomes(file: File) -> StoredGenomes:
 
 
 def decode_genomes(content: bytes, path: str) -> StoredGenomes:
-    """Return the genomes in the bytes of a genome file. Raise RefusedError as `read_genomes`."""
+    """Return the genomes in the bytes of a genome file. Raise RefusedError without genomes."""
     if path.endswith(".npy"):
         return StoredGenomes(_read_array(path, content), layout={})
     if not stored_checksum(content):
@@ -135,8 +135,9 @@ def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
 def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, runs: int) -> None:
     """Check that the genomes of a file fit an experiment.
 
-    `runs`: a file with several runs must have a population for each.
+    `runs`: number of runs. A file with several runs must have at least this number of populations.
     """
+    # The call raises RefusedError if the layout differs.
     arrange_genomes(stored, path, experiment)
     # The population of a file with a single run is used in all runs.
     if 1 < len(stored.genome) < runs:
@@ -150,10 +151,10 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
 def arrange_genomes(
     stored: StoredGenomes, path: str, experiment: BaseExperiment
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes of a file in the modules of an experiment."""
+    """Return the genomes of a file as [run, agent, module, weight] of an experiment."""
     layout = describe_layout(experiment)
     if stored.layout:
-        # The names of genes explain a difference better than their number.
+        # The names of genes come first, because they explain a difference better than a number.
         stored_names = stored.layout.get("part_genes", [])
         layout = {"part_genes": list(experiment.gene_names)} | layout
         stored = stored._replace(layout={**stored.layout, "part_genes": stored_names})

@@ -6,8 +6,8 @@ death. A rule that learns toward the reinforcement module, for example `self-tau
 the parents' outputs for the inputs of the child. The action module is inherited as in `darwinian`.
 
 Our interpretation: variation applies to teachers as it applies to action modules. A teacher is
-therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, it comes
-from one parent. The teachers of the first generation are drawn from N(0, 1). With
+therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, a teacher
+comes from one parent. The teachers of the first generation are drawn from N(0, 1). With
 `learning.teacher = "shuffled"`, the parents of another agent teach. Without a reinforcement module
 the scheme equals `darwinian`.
 
@@ -51,7 +51,7 @@ from baldwinlab.parts.breeding import (
 from baldwinlab.parts.selection import reads_lifetimes
 from baldwinlab.parts.variation import OneGenome
 
-# [weight], of the action module.
+# Weights of the action module, [weight].
 Weights = npt.NDArray[np.float32]
 # Index of the reinforcement module, if the genome has one. The action module has the index 0.
 REINFORCEMENT_MODULE: Final = 1
@@ -60,7 +60,7 @@ REINFORCEMENT_MODULE: Final = 1
 class Darwinian(Inheritance, name="darwinian"):
     """The genome at birth is inherited.
 
-    The share `evolution.lamarckian_share` of the change by learning is inherited in addition.
+    In addition, the fraction `evolution.lamarckian_share` of the change by learning is inherited.
 
     References
     ----------
@@ -141,9 +141,9 @@ def apply_inheritance(
 def needs_simulation(experiment: BaseExperiment) -> bool:
     """Return whether the genomes of a generation require the simulation of earlier generations.
 
-    They do if learned weights are inherited, agents are born during life, the selection reads
-    results of lifetimes, or a part of reproduction has arrays of the run. With several species, the
-    species of the agents are simulated with their genomes.
+    The result is True if learned weights are inherited, agents are born during a lifetime, the
+    selection reads results of lifetimes, or a part of reproduction has arrays of the run. With
+    several species, it is True because a simulation also determines the species of each agent.
     """
     if experiment.population.species or experiment.births_in_life:
         return True
@@ -177,10 +177,11 @@ def remap_parents_of_runs(origins: Parents, parents: Parents) -> None:
 
 @compiled
 def remap_parents(origin: Parents, parents: Parents) -> None:
-    """Replace parents that were born during a lifetime by their ancestors at its beginning.
+    """Replace parents born during a lifetime by ancestors from the beginning of this lifetime.
 
-    `parents` is [child, 2]. `origin` [agent, 2] has the two ancestors of each agent. Both parents
-    of a survivor are the survivor itself. They are replaced by its two ancestors.
+    `parents` is [child, 2]. `origin` [agent, 2] has the two ancestors of each agent. A parent is
+    replaced by the first ancestor of the parent. A survivor is both parents of itself, and these
+    are replaced by both ancestors of the survivor.
     """
     for child in range(parents.shape[0]):
         first = parents[child, 0]
@@ -210,7 +211,7 @@ def inherit_runs(
 def inherit_all(
     part: Any, has_teachers: bool, genome: Genome, learned: Genome, inherited: Genome
 ) -> None:
-    """Fill the action modules of `inherited`, and its reinforcement modules if it has teachers."""
+    """Fill the action modules of `inherited`, and with teachers the reinforcement modules, too."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent], learned[agent], inherited[agent])
         if has_teachers:
@@ -288,7 +289,7 @@ def has_parent_teachers(experiment: Experiment) -> bool:
 def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) -> Parents | None:
     """Return the agents [child, 2] of the previous generation that teach each child.
 
-    None if teachers do not come from learned weights. `key` is the key of the children.
+    Return None if teachers do not come from learned weights. `key` is the key of the children.
     """
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None

@@ -25,12 +25,12 @@ from baldwinlab.parts.lifetimes import Lifetimes
 
 
 def _read_record(records: Any, number: Any, agent: Any) -> Any:
-    """Return the value of an agent in the record `number` of a tuple of arrays [agent]."""
+    """Return the value of an agent in the record at index `number` of a tuple of arrays [agent]."""
     return np.float64(records[number][agent])
 
 
 def _choose_record_source(records: Any, number: Any, agent: Any) -> Any:
-    # The records have different types, so compiled code compares their numbers one by one.
+    # Compiled code cannot index a tuple of different types by a variable, so it tests each index.
     if len(records) == 0:
         return lambda records, number, agent: 0.0
     if len(records) == 1:
@@ -58,7 +58,11 @@ def _read_case(lifetimes: Lifetimes, case: Any, agent: Any) -> float:
 
 @compiled
 def _find_next_case(stream: Stream, first_draw: int, n_cases: int, previous: int) -> int:
-    """Return the case after `previous` in the random order of the cases. -1 precedes the first."""
+    """Return the case after `previous` in the random order of the cases.
+
+    The draws from `first_draw` on sort the cases. `previous` is -1 to find the first case. The
+    result is -1 after the last case.
+    """
     next_case = -1
     for case in range(n_cases):
         key = draw(stream, first_draw + case)
@@ -73,7 +77,7 @@ def _find_next_case(stream: Stream, first_draw: int, n_cases: int, previous: int
 
 @compiled
 def _keep_best(lifetimes: Lifetimes, case: int, candidates: Order, count: int) -> int:
-    """Move the best of the first `count` candidates to the front, and return their number."""
+    """Move the best of the first `count` candidates to the front. Return the number of the best."""
     best = -math.inf
     for index in range(count):
         best = max(best, _read_case(lifetimes, case, candidates[index]))
@@ -109,6 +113,7 @@ class Lexicase(Selection, name="lexicase"):
     @staticmethod
     def select(part: Any, generation: Generation) -> None:
         n_cases = generation.lifetimes.eaten.shape[1] + len(generation.lifetimes.records)
+        # A draw for each case, and one for the choice between the last candidates.
         n_draws = n_cases + 1
         for child in range(generation.parents.shape[0]):
             for parent in range(2):

@@ -1,4 +1,4 @@
-"""Selection schemes that depend on the order of the agents' fitness, not on its values.
+"""Selection schemes that depend on the order of the agents by fitness, not on the values.
 
 References
 ----------
@@ -74,6 +74,7 @@ class Truncation(Selection, name="truncation"):
     @staticmethod
     def select(part: Any, generation: Generation) -> None:
         n_best = max(1, generation.fitness.size // 2)
+        # Random numbers [child, 1, 0] break ties, and [child, 0, parent] choose parents.
         sort_from_fittest(
             generation.fitness, generation.uniforms[:, 1, 0], generation.shares, generation.order
         )
@@ -88,7 +89,7 @@ class BestCopies(Selection, name="best-copies"):
     """The best agents are parents and have equal numbers of children; a child has one parent.
 
     If the children cannot be divided equally, the fittest agents have one child more.
-    The share `two_parent_share` of the children has a second parent among the best agents.
+    The fraction `two_parent_share` of the children has a second parent among the best agents.
 
     References
     ----------
@@ -151,7 +152,7 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
         # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
         n_survivors = min(n_agents - 1, int(part.survivor_share * n_agents + 0.5))
         n_survivors = max(1, n_survivors)
-        # `mark_survivors` breaks ties by the same random numbers, so both choose the same agents.
+        # The default `mark_survivors` uses the same random numbers and so chooses the same agents.
         sort_from_fittest(
             generation.fitness, generation.uniforms[:, 1, 3], generation.shares, generation.order
         )
@@ -168,7 +169,7 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
 class Rank(Selection, name="rank"):
     """Probability proportional to the rank, 1 for the lowest fitness.
 
-    Equal agents share the mean of their ranks.
+    Agents with equal fitness all have the mean of their ranks.
 
     References
     ----------

@@ -1,6 +1,7 @@
 """Selection schemes with a probability proportional to fitness, or equal for all agents.
 
-A roulette wheel draws agents with a probability proportional to their shares.
+A roulette wheel draws agents. The *share* of an agent is a number of at least 0, to which the
+probability of the agent is proportional.
 
 References
 ----------
@@ -27,13 +28,13 @@ from baldwinlab.parts.selection import mark_fittest
 
 @compiled
 def draw_index(count: int, uniform: float) -> Any:
-    """Return a random integer below `count`."""
+    """Return the integer from 0 to `count` - 1 that a random number in (0, 1) selects."""
     return np.int64(uniform * count)
 
 
 @compiled
 def sum_shares(shares: Keys) -> Any:
-    """Replace `shares` by cumulative sums; return the total and the last agent with a share.
+    """Replace `shares` by cumulative sums. Return (total, last agent with a share above 0).
 
     If all shares are 0, all agents have equal shares.
     """
@@ -53,7 +54,7 @@ def sum_shares(shares: Keys) -> Any:
 
 @compiled
 def spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
-    """Fill `parents` by the probabilities `shares`, which become cumulative sums."""
+    """Draw all `parents` by a roulette wheel. `shares` [agent] become cumulative sums."""
     total, _ = sum_shares(shares)
     for child in range(parents.shape[0]):
         for parent in range(2):
@@ -113,6 +114,7 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
         n_parents = 2 * parents.shape[0]
         agent = 0
         for index in range(n_parents):
+            # All pointers are moved by the same random number.
             pointer = (index + generation.uniforms[0, 1, 0]) * total / n_parents
             while agent < last and generation.shares[agent] <= pointer:
                 agent += 1
@@ -157,7 +159,7 @@ class Outcrossing(Selection, name="outcrossing"):
             elif fitness.size > 1:
                 # All other agents have the fitness 0, so all have the same probability.
                 second = np.int64(generation.uniforms[child, 0, 1] * (fitness.size - 1))
-                # The numbers of the other agents omit that of the first parent.
+                # The random index counts all agents but the first parent.
                 second += np.int64(second >= first)
             else:
                 second = first

@@ -1,13 +1,15 @@
 """Selection of the parents of each child by a selection scheme.
 
-A scheme fills the parents of a `Generation`, which are drawn independently and with replacement.
-`sort_by` is a heapsort of agents for schemes: compiled code, without allocation and with a defined
-order of ties.
+A scheme fills `Generation.parents`. In `roulette`, the scheme of Le 2019, parents are drawn
+independently and with replacement. `sort_by` is a heapsort of agents for schemes: compiled code,
+without allocation and with a defined order of ties.
 
 References
 ----------
 Le 2019, section "Simulation 1: Evolution alone (EVO)". docs/explanation/model.md lists the other
 interpretations of this section (R4).
+
+.. [1] J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964): `sort_by`.
 """
 
 from __future__ import annotations
@@ -154,6 +156,7 @@ def select_parents(scheme: Any, elite: int, generation: Generation) -> None:
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]
+        # The second parent of a survivor is `ITSELF`, which is negative.
         if second >= 0 and fitness[second] > fitness[first]:
             parents[child, 0], parents[child, 1] = second, first
 
@@ -173,7 +176,7 @@ def has_invalid_parent(parents: Parents, n_agents: int) -> bool:
 
 @jit_entry_point
 def find_invalid_fitness(fitness: Fitness, minimum: float) -> int:
-    """Return the first agent whose fitness is not finite or is below `minimum`, or -1."""
+    """Return the first agent with a fitness that is not finite or is below `minimum`, or -1."""
     for agent in range(fitness.size):
         is_finite = -math.inf < fitness[agent] < math.inf
         if not (is_finite and fitness[agent] >= minimum):
@@ -181,7 +184,7 @@ def find_invalid_fitness(fitness: Fitness, minimum: float) -> int:
     return -1
 
 
-# [agent].
+# Numbers by which agents are sorted, [agent].
 Keys = npt.NDArray[np.float64]
 # [rank]: the agent with this rank.
 Order = npt.NDArray[np.int64]
@@ -189,14 +192,10 @@ Order = npt.NDArray[np.int64]
 
 @compiled
 def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
-    """Fill `order` with agents in ascending order of `keys`, then of `ties`, then of their index.
-
-    References
-    ----------
-    .. [1] J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964).
-    """
+    """Fill `order` with agents in ascending order of `keys`, then of `ties`, then of the index."""
     for agent in range(order.size):
         order[agent] = agent
+    # Make a heap with the last agent at index 0. Then move the last agent of the heap to its end.
     for root in range(order.size // 2 - 1, -1, -1):
         _sift_down(keys, ties, order, root, order.size)
     for end in range(order.size - 1, 0, -1):

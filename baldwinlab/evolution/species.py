@@ -23,10 +23,7 @@ SpeciesIndices = npt.NDArray[np.int32]
 
 @cache
 def derive_seed(seed: int, species: int) -> int:
-    """Return the seed of the random numbers of a species.
-
-    Returns `seed` for the first species, another number in [0, 2**31) for a further species.
-    """
+    """Return the seed of a species: `seed` for species 0, or another number in [0, 2**31)."""
     if species == 0:
         return seed
     n_species = species + 1
@@ -52,10 +49,10 @@ def count_agents(species: SpeciesIndices, n_species: int) -> npt.NDArray[np.int6
 
 
 def list_founder_experiments(experiment: BaseExperiment) -> list[BaseExperiment]:
-    """Return the experiments that give the founders of each species.
+    """Return one experiment per species, from which the founders of the species are drawn.
 
-    If the species compete, offspring of two species exist. Founders then have all modules of the
-    longest genome, and a species ignores the modules that it does not use.
+    If selection acts across species, a child can have parents of two species. Founders then have
+    all modules of the longest genome, and a species ignores the modules that it does not use.
     """
     members = experiment.species_experiments()
     if experiment.evolution.compete != ACROSS:

@@ -51,7 +51,7 @@ class Offspring(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A species of a generation: its number, its experiment, and its agents."""
+    """A species of a generation: the index, the experiment, and the range of its agents."""
 
     number: int
     experiment: BaseExperiment
@@ -101,7 +101,7 @@ def inherit_within_species(
     learned: Genome | None,
     arrays_of_runs: Sequence[SpeciesArrays] | None = None,
 ) -> Genome:
-    """Return the inherited genomes of all agents, each by the inheritance of its species.
+    """Return the inherited genomes of all agents, computed by the inheritances of the species.
 
     `learned` [run, agent, weight] is the first module at death, or None if no species needs it. The
     parts change `arrays_of_runs`, the arrays of each run by species.
@@ -130,7 +130,7 @@ def make_offspring(
 ) -> Offspring:
     """Return the next generation of several runs with several species.
 
-    `lifetimes`: results of the parents' generation. The species are in ascending order.
+    `lifetimes`: results of the parents' generation. `lifetimes.species` is in ascending order.
     """
     settings = experiment.at(keys.generation - 1)
     species = lifetimes.species
@@ -164,7 +164,7 @@ def _breed_across(
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
-    The variation and the teacher control of its species apply to a child.
+    The variation and the teacher control of this species apply to the child.
     """
     members = experiment.species_experiments()
     require_finite(experiment, keys.previous(), genomes, "model", "evolution.inheritance")

@@ -24,7 +24,7 @@ class NoStop(Stop, name="none"):
 
 @compiled
 def summarize_fitness(is_mean: bool, fitness: Fitness) -> float:
-    """Return the mean of the fitness [agent] if `is_mean` is true, or its maximum."""
+    """Return the mean of the fitness [agent] if `is_mean` is true, or the maximum."""
     maximum = fitness[0]
     total = 0.0
     for agent in range(fitness.size):
@@ -45,7 +45,7 @@ class TargetFitness(Stop, name="target-fitness"):
 
     derived: ClassVar[Any] = {
         "is_mean": lambda part, experiment: part.statistic == "mean",
-        # A numeric field is float32 in a hook, and fitness is float64.
+        # Fitness is float64. A numeric field is float32 in a hook, a derived value is float64.
         "threshold": lambda part, experiment: part.target,
     }
 
@@ -57,8 +57,8 @@ class TargetFitness(Stop, name="target-fitness"):
 class Stagnation(Stop, name="stagnation"):
     """End a run when the fitness of its population no longer increases.
 
-    The run ends after `generations` successive generations whose statistic is not above the largest
-    earlier value.
+    The run ends after `generations` successive generations in which the statistic is not above the
+    largest earlier value.
     """
 
     generations: int = Field(

@@ -1,7 +1,7 @@
 """Variation operators of weights: recombination of two parents, then mutation.
 
-No operator prefers the fitter of two parents. A random number decides from which parent a child
-inherits. Therefore, neutral selection with these operators is a valid neutral control.
+No operator prefers the fitter of two parents, because a random number decides from which parent a
+child inherits. Therefore, neutral selection with these operators is a valid neutral control.
 
 `infinitesimal` is the infinitesimal model of quantitative genetics. A trait has many loci with
 small effects, so the children of two parents are normal around the mean of the parents, with a
@@ -9,8 +9,8 @@ variance that selection does not change.
 
 With `self-adaptive`, each agent has the gene `step_size`, which a child inherits from one of its
 parents. The gene mutates log-normally, before the weights. All weights mutate with the new step
-size, so selection acts on step sizes by the weights that they produce. Interpretation: weights and
-the step size are recombined discretely. Evolution strategies often use the mean of the step sizes.
+size, so selection acts on a step size through the mutated weights. Interpretation: each weight and
+the step size come from one parent. Evolution strategies often use the mean of the step sizes.
 
 References
 ----------
@@ -73,6 +73,7 @@ class Crossover(Variation, name="crossover"):
 @compiled
 def mutate_uniformly(part: Any, mating: Mating, inherited: Any, draw: int) -> Any:
     """Return a weight after a possible mutation, which adds U(-size, size)."""
+    # The gate is a random number of the child or of the weight.
     gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
     if gate < part.mutation_rate:
         inherited += np.float32((2.0 * mating.draws[draw, 2] - 1.0) * part.mutation_size)
@@ -137,8 +138,8 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
         fitter = mating.fitter
         second = mating.second
         child = mating.child
-        # The cut is a position in the list of the weights of all modules. The gate cannot determine
-        # the cut, because the gate can decide whether the child mutates.
+        # The cut is an index in the row of the weights of all modules. `mating.gate` must not
+        # determine the cut, because the gate can decide whether the child mutates.
         cut = draw_cut(mating.draws[0, 3], child.size)
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
@@ -175,9 +176,8 @@ class Copy(Variation, name="copy"):
 class GenePool(Variation, name="gene-pool"):
     """Each weight from a random parent, drawn from the pool of all selected parents; then mutation.
 
-    Mutation is uniform.
-    A surviving agent is in the pool twice.
-    Linkage between weights is lost in one generation.
+    Mutation is uniform. A surviving agent is in the pool twice. Linkage between weights is lost in
+    one generation.
 
     References
     ----------
@@ -192,7 +192,7 @@ class GenePool(Variation, name="gene-pool"):
         children = brood.children
         draws = brood.draws
         parents = brood.parents
-        # Random number `draw` is for weight draw % length of module draw // length.
+        # Row `draw` of `draws` is for weight draw % length of module draw // length.
         length = children.shape[2]
         for child in range(children.shape[0]):
             if parents[child, 1] == ITSELF:
@@ -268,6 +268,7 @@ class SelfAdaptive(Variation, name="self-adaptive"):
         fitter = mating.fitter
         second = mating.second
         child = mating.child
+        # The gene has been inherited and has mutated before this hook.
         step_size = np.float64(child[0, part.step_size])
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):

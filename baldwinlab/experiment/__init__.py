@@ -1,4 +1,4 @@
-"""The experiment: everything that decides a result, apart from the seed."""
+"""The experiment: all settings of one condition. With the seed, they determine the results."""
 
 from baldwinlab.experiment.base import BaseExperiment, assign, validate
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge

@@ -1,9 +1,9 @@
-"""Added parts of an experiment: their lists, their checks, and their genes.
+"""Added parts of an experiment: lists, checks and genes of these parts.
 
-An added part is a part that `registry.BUILT_IN` does not list. Only added parts have genes. The
-genes of parts are the last entries of the first module of a genome, in the order of the parts.
-The genes of the selection and then the genes of the learning rule come last. A control without
-learning lacks these genes, so it uses the first entries of the same genomes.
+An added part is a part that `registry.BUILT_IN` does not list. It is from `registry.LIBRARY`, or
+custom. Only added parts have genes. The genes of parts are the last entries of the first module of
+a genome. The genes of the selection and then those of the learning rule come last. A control
+without these parts can therefore use the first entries of the same genomes.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
 
-# Names that a record of a part cannot have. `core.variables` declares the variables, but its import
-# takes long.
+# Names that a record of a part cannot have. They are copied from `core.variables`, because
+# importing this module takes long.
 COMMON_VARIABLES = (
     "age",
     "alive",
@@ -31,7 +31,7 @@ COMMON_VARIABLES = (
     "parents",
     "species",
 )
-# Paths of the parts whose genes come last, because a control replaces these parts.
+# The genes of these parts come last in a genome, because a control replaces these parts.
 LAST_PATHS: Final = ("evolution.selection", "learning.rule")
 
 
@@ -74,7 +74,7 @@ def check_added_parts(experiment: Any) -> None:
 
 
 def _require_separate_groups(experiment: Any) -> None:
-    """Raise ExperimentError for settings that mix the groups of the selection."""
+    """Raise ExperimentError for settings that mix the groups of agents of the selection."""
     if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
         raise ExperimentError(
             f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents "
@@ -84,7 +84,7 @@ def _require_separate_groups(experiment: Any) -> None:
 
 
 def _require_valid_records(experiment: Any) -> None:
-    """Raise ExperimentError for a record with a used name, and for a read of a missing record."""
+    """Raise ExperimentError if two records have one name, or a part reads a missing record."""
     is_miniworld = experiment.model == "miniworld"
     chosen_parts = [
         (path, part)
@@ -129,7 +129,7 @@ def list_gene_names(experiment: Any) -> list[str]:
 
 
 def resolve_genes(experiment: Any) -> dict[str, Any]:
-    """Return the genes of parts by name, in the order of the genome, with numbers as values."""
+    """Return the genes of parts by name, in the order of the genome, as `Gene` with numbers."""
     genes: dict[str, Any] = {}
     for path, part_class in _list_parts_with_genes(experiment, registry.count_changes()):
         part = next(part for part in experiment.parts(path) if isinstance(part, part_class))
@@ -150,7 +150,7 @@ def resolve_genes(experiment: Any) -> dict[str, Any]:
 
 
 def check_genes(experiment: Any) -> None:
-    """Check the genes of parts of an experiment."""
+    """Raise ExperimentError for invalid genes of parts, or if the genomes cannot contain them."""
     genes = resolve_genes(experiment)
     genome_path = "network.kind" if experiment.model == "miniworld" else "model"
     if genes and experiment.part(genome_path).has_graph_genomes:
@@ -162,10 +162,9 @@ def check_genes(experiment: Any) -> None:
 
 @lru_cache(maxsize=256)
 def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, Any]]:
-    """Return the result of `_find_parts_with_genes`.
+    """Return the result of `_find_parts_with_genes` from a cache.
 
-    `n_changes` counts the changes of the custom parts, because a cached result must not outlive
-    the classes of its parts.
+    `n_changes`: result of `registry.count_changes`, because a new custom part can replace a class.
     """
     return list(_find_parts_with_genes(experiment))
 
@@ -173,15 +172,16 @@ def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, A
 def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
     fields = choosing_fields(experiment.__class__)
+    # The sort is stable, so the parts with rank 0 keep the order of the fields.
     ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
     for path, kind, _ in ordered_fields:
-        # A model counts all of its genes by itself.
+        # The genes of a model are not genes of parts: the model counts them as weights.
         if kind == "model":
             continue
         value, _ = paths.look_up(experiment, path)
         names = [value] if isinstance(value, str) else value
         for name in names:
-            # The parts in BUILT_IN have no genes. Their classes would load the engine.
+            # The parts in BUILT_IN have no genes, and loading their classes would load the engine.
             is_built_in = name in registry.BUILT_IN[kind]
             if not is_built_in and registry.is_available(kind, name):
                 part = registry.find_class(kind, name)

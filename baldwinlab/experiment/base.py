@@ -1,7 +1,7 @@
-"""Base class of the experiments of all models, and their validation.
+"""Base class of the experiments of all models, and the validation of experiments.
 
-The class of an experiment depends on its parts: the settings of a part are in a table of its name,
-next to the setting that chooses the part (`class_builder`).
+The class of an experiment depends on the chosen parts: `class_builder` adds a table for each part
+with settings. With the selection "larger-tournament", this table is `evolution.larger_tournament`.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class BaseExperiment(HashedFields):
 
     def __reduce__(self) -> Any:
         tree = self.to_dict()
-        # The process that reads the copy may not have loaded the custom parts.
+        # Another process may read the pickled copy without having loaded the custom parts.
         origins = registry.find_origins(custom_choices(self))
         return _restore, (tree, find_paths(tree), origins)
 
@@ -130,7 +130,7 @@ class BaseExperiment(HashedFields):
         return experiment
 
     def segments(self) -> list[tuple[range, Self]]:
-        """Return the generations with equal settings, and the experiment of each such segment."""
+        """Return each range of generations with equal settings, and the experiment of the range."""
         generations = self.evolution.generations
         starts = {0, *(change.generation for change in self.schedule)}
         bounds = [*sorted(start for start in starts if start < generations), generations]
@@ -147,7 +147,7 @@ class BaseExperiment(HashedFields):
         return make_species_experiments(self) if self.population.species else ()
 
     def find_conflicts(self) -> list[str]:
-        """Return a sentence for each setting that other settings or parts exclude."""
+        """Return a sentence for each setting that conflicts with other settings or parts."""
         return []
 
     def to_dict(self) -> dict[str, Any]:
@@ -160,7 +160,7 @@ class BaseExperiment(HashedFields):
 
     @property
     def model_part(self) -> Any:
-        """The model with its settings. Raises ExperimentError if its part is not loaded."""
+        """The model with its settings. Raises ExperimentError if the model is not loaded."""
         return self.part("model")
 
     @property
@@ -172,7 +172,7 @@ class BaseExperiment(HashedFields):
 
     @property
     def measures(self) -> Mapping[str, Measure] | None:
-        """Measures of a run of this experiment, or None if its model is not loaded."""
+        """Measures of a run of this experiment, or None if the model is not loaded."""
         species_measures = SPECIES_MEASURES if self.population.species else {}
         if self.model == "miniworld":
             return species_measures
@@ -330,7 +330,7 @@ class BaseExperiment(HashedFields):
 def _without_idle_tables(
     before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return a tree without the tables of parts that are no longer chosen or changed."""
+    """Return a tree without tables of parts that only `before` chooses; those in `changes` stay."""
     tree_before = before.to_dict()
     chosen_before = chosen_parts(_find_base_class(tree_before), tree_before, lenient=True)
     chosen = chosen_parts(_find_base_class(tree), tree)
@@ -357,10 +357,10 @@ class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
 
 
 def validate(tree: Any, lenient: bool = False) -> Any:
-    """Return the experiment that a tree of values describes.
+    """Return the experiment that a tree of values describes. Raise ExperimentError for faults.
 
-    `lenient`: whether the experiment is only read: tables of parts that are not loaded stay plain
-    data.
+    `lenient`: for stored experiments that are only read. The tables of parts that are not loaded
+    then stay plain data, and parts are not checked.
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
@@ -386,9 +386,9 @@ def validate(tree: Any, lenient: bool = False) -> Any:
 def _restore(
     tree: dict[str, Any], paths_of_files: Mapping[str, str], origins: Iterable[Any]
 ) -> Any:
-    """Return a pickled experiment, and load its custom parts from their `origins`.
+    """Load custom parts from `origins`, and return the pickled experiment that uses these parts.
 
-    `paths_of_files` are those of its data files, by SHA-256.
+    `paths_of_files`: paths of the experiment's data files, by SHA-256.
     """
     for origin in origins:
         origin.load()
@@ -398,7 +398,7 @@ def _restore(
 
 
 def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
-    """Return the experiment of a tree, without the checks of its parts."""
+    """Return the experiment of a tree. The parts do not check the experiment yet."""
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
         raise ExperimentError(
@@ -409,7 +409,8 @@ def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
         return experiment_class.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
         if lenient:
-            # The loaded part may be another part of the same name, so its table stays plain data.
+            # A loaded custom part may differ from the part of the stored experiment, and have the
+            # same name. The tables of all custom parts then stay plain data.
             plain_class = _find_experiment_class(tree, lenient, with_custom_parts=False)
             if plain_class is not experiment_class:
                 with suppress(ValidationError):
@@ -420,7 +421,7 @@ def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
 def _find_experiment_class(
     tree: dict[str, Any], lenient: bool, with_custom_parts: bool = True
 ) -> Any:
-    """Return the class of the experiment of a tree, with or without custom parts."""
+    """Return the class of the experiment of a tree, with or without tables of custom parts."""
     model_names = registry.names("model") if with_custom_parts else registry.BUILT_IN["model"]
     is_loaded = tree.get("model", "miniworld") in model_names
     base = _UnloadedModelExperiment if lenient and not is_loaded else _find_base_class(tree)

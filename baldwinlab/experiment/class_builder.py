@@ -1,6 +1,7 @@
-"""Classes of experiments, with one table per chosen part, and the parts that a table chooses.
+"""Classes of experiments: the class of a model with one table for each chosen part with settings.
 
-Each model and each combination of parts has one class.
+A section is a table that contains settings, such as `evolution`. Each model and each combination of
+parts has one class.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 ChosenParts = tuple[tuple[str, type[Fields] | None], ...]
-"""Dotted path of the table of a part, and its class; None for a part that is not loaded."""
+"""Path of each part's table, such as "evolution.larger_tournament", and class; None: not loaded."""
 
 
 @cache
 def find_part_kind(section: type[BaseModel], field: str) -> str | None:
-    """Return the kind of part that a setting chooses, or None."""
+    """Return the kind of part that a setting chooses, such as "selection", or None."""
     info = section.model_fields[field]
-    # A setting with any number of parts is a tuple, and its entries have the mark.
+    # The mark is on the type of the setting, or for a tuple of parts on the type of its entries.
     marks_of_entries = [
         mark
         for argument in get_args(info.annotation)
@@ -38,7 +39,7 @@ def find_part_kind(section: type[BaseModel], field: str) -> str | None:
 
 @cache
 def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str, str, Any], ...]:
-    """Return path, kind and default of every setting that chooses parts."""
+    """Return path, kind and default of every setting that chooses parts of a class of tables."""
     settings: list[tuple[str, str, Any]] = []
     for name, info in section.model_fields.items():
         if kind := find_part_kind(section, name):
@@ -54,7 +55,10 @@ def chosen_parts(
     lenient: bool = False,
     with_custom_parts: bool = True,
 ) -> ChosenParts:
-    """Return the chosen parts that have settings, with or without custom parts."""
+    """Return the parts with settings that a tree of values chooses, with or without custom parts.
+
+    `lenient`: a part that is not loaded has the class None. Otherwise it is left out.
+    """
     parts: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
         *steps, field = path.split(".")
@@ -86,9 +90,9 @@ def remove_idle_tables(
     chosen_before: ChosenParts,
     changes: dict[str, Any],
 ) -> dict[str, Any]:
-    """Return a tree without the tables of parts that are no longer chosen.
+    """Remove the tables of parts that are no longer chosen from a tree, and return the tree.
 
-    A table in `changes` stays, so that its validation names it.
+    A table in `changes` stays, so that validation reports this mistake of a user.
     """
     chosen_paths = {path for path, _ in chosen}
     for path, _ in chosen_before:
@@ -106,13 +110,13 @@ def remove_idle_tables(
 
 
 def make_part(section: BaseModel, field: str, name: str, path: str) -> Any:
-    """Return the part `name` that the setting `field` of a table chooses.
+    """Return the part `name` that the setting `field` of a table chooses, with its settings.
 
     `path`: path of the setting, for the ExperimentError about a part that is not loaded.
     """
     kind = find_part_kind(type(section), field)
     assert kind is not None, path
-    # `getattr` would return a method of the table for a part with the name "copy".
+    # For a part with the name "copy", `getattr` would return the method `copy` of the table.
     table = vars(section).get(table_name(name))
     if isinstance(table, Fields):
         return table
@@ -125,13 +129,13 @@ def make_part(section: BaseModel, field: str, name: str, path: str) -> Any:
 
 @lru_cache(maxsize=256)
 def _make_plain_part(part: type) -> Any:
-    """Return a part without settings. Simulations read parts in every generation."""
+    """Return a part without settings, from a cache: simulations read parts in every generation."""
     return part()
 
 
 @cache
 def make_model_class(base: Any, model: type[Fields], name: str) -> Any:
-    """Return the class `base` with the settings of a model and its defaults of other settings."""
+    """Return the class `base` with the table of a model, and with the model's other defaults."""
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
     defaults = getattr(model, "defaults", {})
     tables_of_model = {
@@ -157,7 +161,7 @@ def make_class(base: Any, chosen: ChosenParts) -> Any:
 
 def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
     field_name, *further_steps = steps
-    # The type of the field, and its default.
+    # (type, default) of the field. The default `...` means that the field is required.
     declaration: Any
     if further_steps:
         inner_section: Any = section.model_fields[field_name].annotation
@@ -185,7 +189,6 @@ def _make_table_field(table: type[BaseModel]) -> Any:
 
 
 def _replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
-    """Return a table with other defaults."""
     fields: dict[str, Any] = {}
     for name, value in values.items():
         info = copy(table.model_fields[name])

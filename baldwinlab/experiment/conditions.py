@@ -1,6 +1,6 @@
-"""Conditions of a study: their factors (learner, map and variant), and their controls.
+"""Conditions of a study: the factors (learner, map and variant) and the control of a condition.
 
-The control of a learner is the condition that differs from it only in having no learning.
+The control of a condition differs from the condition only in having no learning.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Factors(NamedTuple):
 
 
 def factor_coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
-    """Return the coordinates along `condition` of the factors that are not empty."""
+    """Return the factors that are not all "" as coordinates: {"map": ("condition", ["A", "B"])}."""
     columns = {
         name: [getattr(condition, name) for condition in factors] for name in Factors._fields
     }
@@ -45,7 +45,7 @@ def factor_coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]
 
 
 def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
-    """Return the factors of each condition of a dataset of `open_runs`."""
+    """Return the factors of each condition from the coordinates of a dataset of `open_runs`."""
     names = [str(name) for name in dataset["condition"].values]
     columns = [
         dataset[name].values if name in dataset.coords else [""] * len(names)
@@ -56,7 +56,7 @@ def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
 
 
 def find_control(name: str, experiments: Mapping[str, BaseExperiment]) -> str:
-    """Return the condition that differs only in having no learning, or ""."""
+    """Return the name of the control of a condition, or "" if `experiments` has no control."""
     experiment = experiments[name]
     is_control = _make_control_test(experiment)
     for candidate, control in experiments.items():
@@ -66,26 +66,25 @@ def find_control(name: str, experiments: Mapping[str, BaseExperiment]) -> str:
 
 
 def _make_control_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
-    """Return a function that returns whether another experiment is the control."""
     if isinstance(experiment, Experiment):
         return partial(_is_without_rule, experiment)
     try:
         control = _shared_settings(experiment.without_learning())
-    # The model is not loaded.
     except ExperimentError:
+        # The model is not loaded.
         return partial(_is_without_learning, experiment)
     return lambda candidate: _shared_settings(candidate) == control
 
 
 def _shared_settings(experiment: BaseExperiment) -> dict[str, Any]:
-    """Return the settings of an experiment without learning that a learner shares."""
+    """Return the settings of a control that determine whether two controls are equal."""
     tree = experiment.to_dict()
-    # Without learning, the share of the learned change that is inherited has no effect.
+    # The name differs. `lamarckian_share` has no effect without learning, so it may differ.
     return tree | {"name": "", "evolution": tree["evolution"] | {"lamarckian_share": 0.0}}
 
 
 def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
-    """Return whether `candidate` is a MiniWorld experiment with an inactive learning rule."""
+    """Return whether only the table `learning` differs, and `candidate` does not learn."""
     if candidate.learns:
         return False
     tree = experiment.to_dict()
@@ -94,7 +93,7 @@ def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
 
 
 def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
-    """Return whether `candidate` is `experiment` without learning. Its model is not loaded."""
+    """Return whether `candidate` is `experiment` without learning, for a model not loaded."""
     key = table_name(experiment.model)
     tree = experiment.to_dict()
     candidate_tree = candidate.to_dict()
@@ -105,6 +104,6 @@ def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) 
 
 
 def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:
-    """Return whether only one setting of a model differs, and is False in `control`."""
+    """Return whether only one setting of a model differs, which is False in `control`."""
     differing = [name for name in settings if control.get(name) != settings[name]]
     return len(differing) == 1 and control.get(differing[0]) is False

@@ -1,6 +1,6 @@
-"""Base class of the tables of an experiment, messages about invalid settings, and HTML.
+"""Base class of the tables of an experiment, messages about invalid settings, and HTML tables.
 
-A notebook shows an experiment as HTML tables of its settings, in the colors of the notebook.
+A notebook shows an experiment as HTML tables of the settings, in the colors of the notebook.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.names import describe_pattern
 
 MAX_FAULTS: Final = 10
-"""Number of errors that a message lists."""
+"""Maximum number of errors in a message."""
 MAX_TEXT_LENGTH: Final = 100
-"""Number of characters of a path or a value in a message."""
+"""Maximum number of characters of a path or a value in a message."""
 FIELDS_REFUSED: Final = "fields_refused"
-"""Type of the errors of pydantic that `refuse_fields` raises."""
+"""Type of the pydantic errors that `refuse_fields` raises."""
 LEFT_STYLE: Final = 'style="text-align: left; vertical-align: top"'
 
 
 class ExperimentError(BaldwinLabError, ValueError):
-    """Invalid experiment. Each line names a setting, its value and the allowed values."""
+    """The experiment is invalid. Each line names a setting, its value and the allowed values."""
 
 
 class Fields(BaseModel):
     """Base class of the tables of an experiment.
 
-    Unknown settings are errors, and so is true or false for a number.
+    An unknown setting is an error, and so is true or false for a number.
     """
 
     model_config = ConfigDict(
@@ -47,17 +47,14 @@ class Fields(BaseModel):
     )
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
-        """Yield the name and value of each setting.
-
-        Pydantic also yields the values of cached properties, which are no settings.
-        """
+        """Yield name and value of each setting. Pydantic would also yield cached properties."""
         for name in (*type(self).model_fields, *(self.model_extra or ())):
             yield name, getattr(self, name)
 
     @field_validator("*", mode="before")
     @classmethod
     def _normalize_numbers(cls, value: Any, info: Any) -> Any:
-        """Refuse true and false for a number, which Python would read as 1. Convert NumPy."""
+        """Refuse true and false, which Python reads as numbers. Convert values of NumPy."""
         value = to_plain_data(value) if hasattr(value, "tolist") else value
         accepts_truth = cls.model_fields[info.field_name].annotation in (bool, Any)
         if isinstance(value, bool) and not accepts_truth:
@@ -66,13 +63,13 @@ class Fields(BaseModel):
 
 
 class HashedFields(Fields):
-    """Table that computes its hash once.
+    """A table that computes its hash once.
 
-    Simulations look up caches by experiment several times in each generation.
+    Experiments are keys of caches, which a simulation reads several times per generation.
     """
 
     def __hash__(self) -> int:
-        # Pydantic leaves out names with an underscore.
+        # Pydantic does not treat a name with an underscore as a field.
         values = vars(self)
         if "_hash" not in values:
             hashes = [_hash_value(values[name]) for name in type(self).model_fields]
@@ -80,8 +77,8 @@ class HashedFields(Fields):
         return int(values["_hash"])
 
     def __copy__(self) -> Self:
-        """Return a copy without the hash, because `model_copy` changes the copy."""
-        # `__new__` of an experiment would choose the class of an experiment with default parts.
+        """Return a copy without the hash, because `model_copy` then changes the copy."""
+        # Without arguments, `__new__` of an experiment would choose the class with default parts.
         copied: Self = object.__new__(type(self))
         state = self.__getstate__()
         values = {name: value for name, value in vars(self).items() if name != "_hash"}
@@ -98,17 +95,15 @@ def _hash_value(value: Any) -> int:
     try:
         return hash(value)
     except TypeError:
-        # The table of a part that is not loaded contains dictionaries.
+        # A dictionary has no hash. The table of a part that is not loaded is a dictionary.
         return 0
 
 
 def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:
-    """Raise an error for settings of a table.
+    """Raise an error that names the invalid settings of a table. The table's validator calls it.
 
-    A validator of a table calls this function, so that the error names the settings.
-
-    `faults`: path below the table, value and rule of each invalid setting. An empty sequence is
-    valid.
+    `faults`: path in the table, value and violated rule of each setting, for example ("elite", 30,
+    "must be at most population.size = 20"). Without faults, there is no error.
     """
     if faults:
         raise PydanticCustomError(FIELDS_REFUSED, "fields are refused", {"faults": list(faults)})
@@ -118,7 +113,7 @@ def merge(base: dict[str, Any], changes: dict[str, Any], path: str = "") -> dict
     """Return `base` with `changes`, table by table.
 
     A list replaces a list. A table with the keys "0", "1" and so on changes entries of a list.
-    `path` is that of `base`, for messages. Raises ExperimentError if a list has no such entry.
+    `path`: path of `base`, for messages. Raises ExperimentError if a list has no such entry.
     """
     merged = dict(base)
     for key, value in changes.items():
@@ -139,15 +134,14 @@ def merge(base: dict[str, Any], changes: dict[str, Any], path: str = "") -> dict
 
 
 def describe_missing_name(path: str, name: str, names: Iterable[Any]) -> str:
-    """Return the message about a path whose step `name` is not one of `names`."""
+    """Return the message about a path with a step `name` that is not one of `names`."""
     return f"{path}: there is no {name!r} here; there are: {', '.join(map(str, names)) or 'none'}"
 
 
 def to_plain_data(value: Any) -> Any:
-    """Return a value as TOML has it, at all levels.
+    """Return a value with the types of TOML, at all levels.
 
-    Tables are dicts, tuples and arrays are lists, numbers of NumPy are numbers of Python, and paths
-    are texts.
+    Tables become dicts, tuples and arrays lists, NumPy numbers Python numbers, and paths texts.
     """
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
@@ -155,14 +149,14 @@ def to_plain_data(value: Any) -> Any:
         return {key: to_plain_data(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [to_plain_data(entry) for entry in value]
-    # NumPy takes a while to load, so its types are recognized by their method.
+    # NumPy takes a while to load, so a method identifies the types of NumPy without an import.
     if hasattr(value, "tolist"):
         return value.tolist()
     return str(value) if isinstance(value, PurePath) else value
 
 
 def format_validation_error(error: ValidationError, model: type[BaseModel]) -> str:
-    """Return one line per error: path, value and rule."""
+    """Return one line per error: path, value and violated rule."""
     return format_faults(error.errors(), lambda fault: _format_fault(fault, model))
 
 
@@ -176,7 +170,7 @@ def format_faults(faults: Sequence[Any], format_fault: Callable[[Any], str] = st
 
 
 def shorten(text: str) -> str:
-    """Return a text, cut at `MAX_TEXT_LENGTH` characters."""
+    """Return a text. Only the first `MAX_TEXT_LENGTH` characters of a long text remain."""
     return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]}..."
 
 
@@ -191,7 +185,7 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     path = shorten(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "tuple_type":
-        # Files and the lab have lists, and a user may not know tuples.
+        # Pydantic's message names a tuple, but files and the lab have lists.
         message = "input should be a list"
     if fault["type"] == "extra_forbidden":
         names = ", ".join(_find_table(fault["loc"], model).model_fields)
@@ -218,17 +212,15 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
 
 
 def _find_description(location: Sequence[str | int], model: Any) -> str:
-    """Return the description of a setting."""
     fields = _find_table(location, model).model_fields
-    # An entry of a list has a number.
+    # The location of an entry of a list ends with an index, which is not in `fields`.
     return (fields[location[-1]].description or "") if location[-1] in fields else ""
 
 
 def _find_table(location: Sequence[str | int], model: Any) -> Any:
-    """Return the class of the table that has a setting."""
     *steps, _ = location
     for step in steps:
-        # A number is the index of a table in a tuple of tables, which have the same fields.
+        # An integer is the index of a table in a tuple. All tables of a tuple have one class.
         if isinstance(step, str):
             annotation = model.model_fields[step].annotation
             entry_types = getattr(annotation, "__args__", ())
@@ -241,7 +233,7 @@ class Row(NamedTuple):
 
     path: str
     value: str
-    # "–" without a default.
+    # "–" if the setting has no default.
     default: str
     meaning: str
 
@@ -251,8 +243,8 @@ class Row(NamedTuple):
 
 
 def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Iterator[Row]:
-    """Yield a row per setting below `path`. `default` is the table with default values."""
-    # A table of a model that is not loaded has values without fields.
+    """Yield a row per setting of a table at `path`. `default`: default values of the table."""
+    # The experiment of a model that is not loaded has values without fields.
     for name, value in table:
         field = type(table).model_fields.get(name)
         has_given_default = isinstance(default, dict) and name in default
@@ -277,14 +269,14 @@ def _find_default(field: Any) -> Any:
 
 
 def _format_setting(value: Any) -> str:
-    """Return a value as JSON, but texts without quotes, and cut if it is long."""
+    """Return a value as shortened JSON. A text has no quotes."""
     if value is None:
         return "not set"
     return shorten(value if isinstance(value, str) else json.dumps(to_plain_data(value)))
 
 
 def format_html(experiment: BaseModel, name: str, model: str) -> str:
-    """Return the fields of an experiment as two tables: changed fields, and all fields, folded."""
+    """Return two tables: the changed fields of an experiment, and a collapsed one of all fields."""
     settings = [row for row in iterate_rows(experiment) if row.path not in ("name", "model")]
     changed = [row for row in settings if row.differs]
     title = f"<strong>{escape(name)}</strong>, an experiment of the model {escape(model)}"

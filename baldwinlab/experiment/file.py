@@ -1,12 +1,12 @@
 """Data files as settings of a part.
 
-The identity of a file is the SHA-256 of its content, which is part of the experiment. The path is
-only the name that the user gave. A text has the same identity with each kind of line ending, and
-with or without a byte order mark.
+A file is identified by the SHA-256 of its content, which is a setting. The path is only the name
+that the user gave. A text has the same hash with all kinds of line endings, and with or without a
+byte order mark.
 
-The process knows where it saw each content: at the absolute path of a given file, in a study, or in
-memory. So an experiment can be simulated after a change of the working directory, and a study can
-be moved.
+The process stores where it has read each content: at the absolute path of a given file, in a study,
+or in memory. So an experiment can be simulated after a change of the working directory, and a study
+can be moved.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from baldwinlab.core.names import SHA256
 from baldwinlab.experiment.fields import Fields
 
 _PATHS: Final[dict[str, Path]] = {}
-"""Absolute path of each known content, by its SHA-256. A content is verified when it is read."""
+"""Absolute path of each known content, by SHA-256. Each reading compares the hash again."""
 _CONTENTS: Final[dict[str, bytes]] = {}
-"""Contents in memory, by SHA-256; see `hold_contents`."""
+"""Contents in memory, by SHA-256. `hold_contents` adds them."""
 
 
 class File(Fields):
@@ -98,7 +98,7 @@ class File(Fields):
 
 
 def hash_content(content: bytes) -> str:
-    """Return the SHA-256 of a content, which is the identity of a data file."""
+    """Return the SHA-256 of a content. The hash identifies a data file."""
     return hashlib.sha256(normalize_text(content)).hexdigest()
 
 
@@ -115,13 +115,13 @@ def normalize_text(content: bytes) -> bytes:
 
 
 def remember_path(sha256: str, path: Path) -> None:
-    """Remember where a content is, as an absolute path."""
+    """Store the absolute path of the content with a hash."""
     _PATHS[sha256] = make_absolute(path)
 
 
 @contextmanager
 def hold_contents(contents: Iterable[bytes]) -> Iterator[None]:
-    """Keep contents that are in no file yet readable by their hash."""
+    """Make `File.read` return contents that are not in a file, while the context is open."""
     held = {hash_content(content): content for content in contents}
     _CONTENTS.update(held)
     try:
@@ -132,7 +132,7 @@ def hold_contents(contents: Iterable[bytes]) -> Iterator[None]:
 
 
 def iterate_file_tables(tree: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the path of each setting with a data file in plain data, and its table."""
+    """Yield the path and the table of each data file in `tree`, the plain data of an experiment."""
     if isinstance(tree, dict) and tree.get("path") and tree.get("sha256"):
         yield path.removesuffix("."), tree
         return
@@ -144,9 +144,9 @@ def iterate_file_tables(tree: Any, path: str = "") -> Iterator[tuple[str, dict[s
 
 
 def find_files(tree: Any, folders: Iterable[Path]) -> None:
-    """Remember where the data files in plain data are, if one of the folders has them.
+    """Store the paths of the data files in `tree` that are in one of the folders.
 
-    The folder of a study has copies; see `baldwinlab.studies.study_file`.
+    The folder of a study has copies of data files, see `baldwinlab.studies.study_file`.
     """
     folders = list(folders)
     for _, table in iterate_file_tables(tree):
@@ -160,13 +160,13 @@ def find_files(tree: Any, folders: Iterable[Path]) -> None:
 
 
 def find_paths(tree: Any) -> dict[str, str]:
-    """Return the known path of each data file in plain data, by SHA-256."""
+    """Return the stored path of each data file in `tree`, by SHA-256."""
     hashes = {table["sha256"] for _, table in iterate_file_tables(tree)}
     return {sha256: str(_PATHS[sha256]) for sha256 in hashes & _PATHS.keys()}
 
 
 def require_files(experiment: Any, where: str) -> None:
-    """Raise PartError if a data file of an experiment is missing or has changed."""
+    """Raise PartError if a data file is missing or has changed. `where`: text for the message."""
     for path, table in iterate_file_tables(experiment.to_dict()):
         try:
             File(path=table["path"], sha256=table["sha256"]).read()

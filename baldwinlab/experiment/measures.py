@@ -15,7 +15,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.species import ACROSS
 
 LAST_GENERATIONS: Final = 10
-"""Number of generations at the end of a run over which a measure of a species is averaged."""
+"""Measures of a species are averaged over this number of generations at the end of a run."""
 
 
 class Measure(NamedTuple):
@@ -40,15 +40,18 @@ class Measure(NamedTuple):
 
 
 def first_generation(condition: xr.DataArray, otherwise: float = nan) -> xr.DataArray:
-    """Return the first generation in which a condition is true, or `otherwise`."""
+    """Return the first generation [run] in which a condition [run, generation] is true.
+
+    `otherwise`: the value of a run without such a generation.
+    """
     return condition.argmax("generation").where(condition.any("generation"), otherwise)
 
 
 def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Dataset) -> xr.DataArray:
-    """Call the function of a measure once for all runs of the same number of generations.
+    """Call the function of a measure once for each group of runs with equal numbers of generations.
 
-    A run that stopped early has no data in the later generations of the dataset. A function that
-    reads the last generations would return NaN for it.
+    In a dataset of all runs, a run that stopped early has no data in the later generations. A
+    function that reads the last generations would then return NaN for this run.
     """
     # This module loads NumPy, which commands that only print do not need.
     from baldwinlab.core.variables import GENERATION_COUNT
@@ -72,18 +75,18 @@ def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:
 
 
 def compute_fixation(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 for each run in which the first species is fixed at the end, else 0."""
+    """Return 1 for each run that ends with agents of the first species only, else 0 [run]."""
     return (_final_share(runs) == 1) * 1.0
 
 
 def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 for each run in which neither fixation nor loss of the first species occurred."""
+    """Return 1 for each run that ends with the first and other species, else 0 [run]."""
     share = _final_share(runs)
     return ((share > 0) & (share < 1)) * 1.0
 
 
 def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
-    """Return the generation in which the first species is lost or fixed; NaN if unresolved."""
+    """Return the generation [run] in which the first species is lost or fixed, or NaN."""
     share = compute_first_species_share(runs)
     return first_generation((share == 0) | (share == 1))
 
@@ -110,7 +113,7 @@ SPECIES_MEASURES: Final[Mapping[str, Measure]] = {
 def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArray:
     """Return the mean of a variable over the agents of a species at the end of runs, [run].
 
-    It is NaN for a run without agents of the species.
+    The mean is NaN for a run without agents of the species.
     """
     final_values = runs[[variable, "species"]].isel(generation=slice(-LAST_GENERATIONS, None))
     return (
@@ -121,9 +124,9 @@ def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArr
 
 
 def make_predation_measures(names: Iterable[str], prey: Iterable[str]) -> dict[str, Measure]:
-    """Return the fitness of each species, and the survival of each prey, as measures by name.
+    """Return the measures "NAME-fitness" of each species, and "NAME-survival" of each prey.
 
-    `names`: names of the species, in the order of their indices.
+    `names`: names of the species, in the order of the indices of species. `prey`: eaten species.
     """
     eaten_species = {*prey}
     measures = {}
@@ -140,7 +143,7 @@ def make_predation_measures(names: Iterable[str], prey: Iterable[str]) -> dict[s
     return measures
 
 
-# The charts of species in the lab, by curve, in this order.
+# Title and axis of the charts of species in the lab, by curve, in the order of the charts.
 SPECIES_CURVES: Final = {
     "mean": {"title": "Fitness of the average agent of each species", "axis": "fitness"},
     "share": {"title": "Share of agents of each species with fitness above 0", "axis": "share"},

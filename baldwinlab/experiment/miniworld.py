@@ -1,6 +1,6 @@
-"""Experiment with foragers in MiniWorld, and its settings that exclude each other.
+"""Experiment with foragers in MiniWorld, and the conflicts between settings of such an experiment.
 
-`miniworld_tables` has its settings.
+`miniworld_tables` has the tables of settings.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Experiment(BaseExperiment):
         return any(feature.allows_births for feature in self.parts("world.features"))
 
     def find_conflicts(self) -> list[str]:
-        """Return a sentence for each setting that other settings exclude."""
+        """Return a sentence for each setting that conflicts with other settings."""
         return [
             *find_world_conflicts(self),
             *find_control_conflicts(self),
@@ -137,6 +137,7 @@ class Experiment(BaseExperiment):
             f"{', '.join(dict.fromkeys(kinds))}"
             for kind in self.eats.items or ()
             if kind not in kinds
+            # All sentences about `eats.items` are equal, so one of them is enough.
         ][:1]
         names = [species.name for species in self.population.species]
         if names and self.lifetime.update == "sequential":
@@ -154,7 +155,10 @@ class Experiment(BaseExperiment):
         return faults
 
     def named_species(self) -> list[tuple[str, str]]:
-        """Return path and value of each setting that names a species."""
+        """Return path and value of each setting that names a species.
+
+        For example ("eats.prey.0.species", "prey"). A sense can name a species as `target`.
+        """
         settings = [
             (f"eats.prey.{prey_index}.species", prey.species)
             for prey_index, prey in enumerate(self.eats.prey)
@@ -166,7 +170,7 @@ class Experiment(BaseExperiment):
 
     @property
     def part_records(self) -> dict[str, Any]:
-        """The records of all parts in all generations: declared arrays by name."""
+        """The records of all parts in all generations: the declaration of each array, by name."""
         return _list_part_records(self)
 
     @property
@@ -235,7 +239,6 @@ class Experiment(BaseExperiment):
 
 @lru_cache(maxsize=256)
 def _list_part_records(experiment: Experiment) -> dict[str, Any]:
-    """Return the records of all parts in all generations: declared arrays by name."""
     records: dict[str, Any] = {}
     for _, segment in experiment.segments():
         for member in segment.species_experiments() or (segment,):
@@ -252,7 +255,7 @@ def count_worlds(experiment: Any) -> int:
 
 
 def find_world_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence for each setting of worlds and lifetimes that other settings exclude."""
+    """Return a sentence for each conflict of a setting of worlds, lifetimes or time series."""
     worlds = experiment.population.worlds
     repeats = experiment.lifetime.repeats
     interval = experiment.record.every
@@ -281,7 +284,7 @@ def find_world_conflicts(experiment: Any) -> list[str]:
 
 
 def find_birth_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence if the variation cannot create the children that are born during life."""
+    """Return a sentence if agents are born during life and the variation cannot make one child."""
     features = [part.name for part in experiment.parts("world.features") if part.allows_births]
     if not features or experiment.part("evolution.variation").has_independent_children():
         return []
@@ -292,7 +295,7 @@ def find_birth_conflicts(experiment: Any) -> list[str]:
 
 
 def find_control_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence if other settings exclude the control of the learning rule."""
+    """Return a sentence if the yoked control of the learning rule conflicts with other settings."""
     control = experiment.learning.control
     learning_of_species = [
         species.settings.get("learning", {}) for species in experiment.population.species

@@ -1,11 +1,11 @@
 """Tables of settings of experiments in MiniWorld.
 
-The defaults are the standard variant of the paper. Each setting has a description and limits.
-A setting can choose a part, whose settings are in a table of its name.
+The defaults are the standard variant of the paper Le (2019). Each setting has a description and
+limits. If a setting chooses a part, the settings of the part are in a table with the part's name.
 
 Settings with a number R1 to R8 are choices that the paper leaves open (docs/explanation/model.md).
 
-Source: the paper, section "Simulation setup".
+Source: Le (2019), section "Simulation setup".
 """
 
 from __future__ import annotations

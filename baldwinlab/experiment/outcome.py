@@ -1,4 +1,4 @@
-"""The name of the quantity that a study measures in each agent, the same in all outputs."""
+"""The outcome: the name of an agent's fitness in all outputs, such as "items eaten"."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from baldwinlab.experiment.miniworld import Experiment
 ITEMS: Final = "items eaten"
 ENERGY: Final = "energy"
 FITNESS: Final = "fitness"
-# Outcomes of agents that eat, whose share is that of agents that eat.
+# With these outcomes, the measure `share` is the share of agents that eat.
 FOOD_OUTCOMES: Final = (ITEMS, ENERGY)
 
 
 def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
     """Return the name of the fitness of several conditions.
 
-    `meaning`: meaning of the recorded variable `energy`, "" if it differs between the conditions.
-    Returns "items eaten" if each item gives 1 and nothing costs energy, else "energy". The payoff
-    of a model without food. "fitness" if the conditions or a part define another fitness.
+    `meaning`: meaning of the recorded variable `energy`, or "" if the conditions have different
+    ones. Foragers have "items eaten" if each item gives 1 and nothing costs energy, else "energy".
+    A model without food has the name `meaning`. A fitness that a part defines is "fitness".
     """
     if not meaning or meaning.startswith(FITNESS + " "):
         return FITNESS
-    # Records of earlier versions end differently.
+    # Only the beginning is compared, because records of earlier versions have another end.
     if not meaning.startswith(RECORD_VARIABLES["energy"].meaning.partition(" in life")[0]):
         return meaning
     return ITEMS if all(map(_counts_items, experiments)) else ENERGY
 
 
 def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
-    """Return the name of the fitness of conditions without reading a record."""
+    """Return the name of the fitness of conditions, from the experiments instead of records."""
     is_energy = all(
         isinstance(experiment, Experiment) and segment.evolution.fitness == "energy"
         for experiment in experiments
@@ -43,7 +43,7 @@ def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
 
 
 def combine_outcomes(outcomes: Set[str]) -> str:
-    """Return the outcome of several conditions from the outcome of each."""
+    """Return the common outcome of several conditions from the outcomes of all conditions."""
     if len(outcomes) == 1:
         return next(iter(outcomes))
     return ENERGY if outcomes <= set(FOOD_OUTCOMES) else FITNESS
@@ -64,7 +64,7 @@ def _counts_items(experiment: BaseExperiment) -> bool:
 
 
 def _has_plain_features(experiment: Experiment) -> bool:
-    """Return whether all world features are built-in, and all their items give 1."""
+    """Return whether all world features are of the package, and all items of features give 1."""
     if not registry.package_parts("world feature").keys() >= set(experiment.world.features):
         return False
     features = experiment.parts("world.features")
@@ -85,7 +85,7 @@ def name_share(outcome: str) -> str:
 
 
 def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
-    """Return the name, axis, heading and title of the measures `mean`, `best` and `share`."""
+    """Return the texts `name`, `axis`, `heading` and `title` of the measures mean, best, share."""
     share = name_share(outcome)
     agents = {"mean": "average agent", "best": "best agent"}
     texts = {
@@ -108,15 +108,12 @@ def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
 
 
 def name_experiment_outcome(experiment: BaseExperiment) -> str:
-    """Return the outcome of an experiment, as `name_outcome` does.
-
-    `experiment`: the part of its model must be available.
-    """
+    """Return the outcome of an experiment. The part of the model must be loaded."""
     return name_outcome(record_variables(experiment)["energy"].meaning, [experiment])
 
 
 def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[str, str]]:
-    """Return the texts of the measures of an experiment, as `describe_measures` does."""
+    """Return the result of `describe_measures` for an experiment."""
     return describe_measures(name_experiment_outcome(experiment))
 
 

@@ -20,7 +20,7 @@ from baldwinlab.experiment.fields import (
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
-    """Return the value and the description of a setting."""
+    """Return the value and the description of a setting. Raise ExperimentError if it is missing."""
     value: Any = experiment
     meaning = ""
     for step in path.split("."):
@@ -42,9 +42,9 @@ def short_name(path: str, *experiments: BaseModel) -> str:
     """Return a short name of a setting for an axis, such as "learning rate, per step".
 
     The name of a number is the first clause of its description, without "(R1)" to "(R8)".
-    The name of a choice is its path: "evolution: selection".
-    The name contains the number of the region if there are several.
-    An experiment without the setting is skipped; if none has it, the name is the path.
+    The name of a text is its path: "evolution: selection". A setting of one of several regions has
+    the number of the region: "energy of an item, food 2". The first experiment with the setting
+    gives the name. If no experiment has the setting, the name is the path.
     """
     for experiment in experiments:
         with suppress(ExperimentError):
@@ -59,7 +59,7 @@ def short_name(path: str, *experiments: BaseModel) -> str:
 def _first_clause(description: str) -> str:
     clause = re.split(r"[;:]|[.](?=\s|$)", description)[0]
     clause = re.sub(r" \(R\d+\)$", "", clause)
-    # A symbol such as "A" stays a capital letter.
+    # A first word such as "A" or "SHA" is a symbol, which keeps its capital letters.
     is_word = clause[1:2].islower()
     return clause[0].lower() + clause[1:] if is_word else clause
 
@@ -69,7 +69,7 @@ def _region_suffix(path: str, experiment: BaseModel) -> str:
     steps = path.split(".")
     for depth, step in enumerate(steps):
         if step.isdecimal():
-            # The step before a number is the name of the tuple of regions.
+            # The steps before a number are the path of a tuple of regions, such as "world.food".
             regions, _ = look_up(experiment, ".".join(steps[:depth]))
             if len(regions) > 1:
                 region_number = int(step) + 1
@@ -87,7 +87,7 @@ def iterate_settings(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tu
 
 
 def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings by dotted path as nested tables, for `Experiment.replace`."""
+    """Return nested tables: {"lifetime": {"steps": 5}} for {"lifetime.steps": 5}."""
     tree: dict[str, Any] = {}
     for path, value in settings.items():
         *tables, field = path.split(".")
@@ -99,10 +99,10 @@ def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def combine_settings(changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the settings by path after several changes, each of which is settings by path.
+    """Return the settings after several changes. A change and the result have settings by path.
 
-    A list replaces the earlier changes of its entries, and a later change of an entry changes the
-    list.
+    A new value of a list, such as `world.food`, drops earlier changes of the entries. A later
+    change of an entry, such as `world.food.0.count`, changes the list.
     """
     combined: dict[str, Any] = {}
     for path, value in (setting for change in changes for setting in change.items()):
@@ -112,6 +112,7 @@ def combine_settings(changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         lists = (key for key, entry in combined.items() if isinstance(entry, list))
         changed_list = next((key for key in lists if path.startswith(f"{key}.")), "")
         if changed_list:
+            # The remaining path, such as ".0.count", begins with an empty step: the key "".
             tree = {"": deepcopy(combined[changed_list])}
             set_value(tree, path.removeprefix(changed_list), value)
             combined[changed_list] = tree[""]
@@ -147,7 +148,7 @@ def _describe_missing_step(table: Any, step: str, path: str) -> str:
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:
-    """Return path and value of an assignment such as "lifetime.steps=1000".
+    """Return path and value of an assignment: ("lifetime.steps", 1000) for "lifetime.steps=1000".
 
     A value that is not TOML is a text.
     """

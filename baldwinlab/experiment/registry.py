@@ -1,7 +1,7 @@
-"""Names of the parts of each kind, and the modules of their classes.
+"""Names of the parts of each kind, and the module of the class of each part.
 
-The names of built-in parts are available before their modules are loaded, so reading an experiment
-loads no engine. A custom part is registered when its class is created.
+The names of the parts of the package are available before the modules are loaded, so that reading
+an experiment does not load the engine. A custom part is registered when its class is created.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
 _MINIWORLD: Final = "baldwinlab.models.miniworld"
 
-# Kind -> name -> module and class. A custom part cannot have a name of `BUILT_IN` or `LIBRARY`.
+# Kind -> name -> module and class. `LIBRARY` has the other parts of the package. A custom part
+# needs a name that is in neither of them.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
     "sense": {"food": f"{_MINIWORLD}.senses.sight:Sight"},
@@ -162,7 +163,8 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 # Kind and name of each custom part that was added or removed, in order.
 _CHANGES: list[tuple[str, str]] = []
-# Returns the origin of a custom part. `parts`, without which there is no custom part, sets it.
+# Returns the origin of a custom part, an object with a method `load` that loads the part again. The
+# package `parts` sets this function when it is imported. Every custom part needs this package.
 _find_origin: Callable[[type], Any]
 
 
@@ -190,7 +192,7 @@ class PartChoice(NamedTuple):
 
 
 def package_parts(kind: str) -> dict[str, str]:
-    """Return module and class of each part of the package, by name."""
+    """Return the location "module:Class" of each part of the package, by name."""
     return {**BUILT_IN[kind], **LIBRARY.get(kind, {})}
 
 
@@ -212,7 +214,7 @@ def custom_parts() -> dict[tuple[str, str], type]:
 
 
 def find_class(kind: str, name: str) -> Any:
-    """Return the class of a part. Raises KeyError if it does not exist."""
+    """Return the class of a part. Raises KeyError if there is no such part."""
     if name in _CUSTOM_PARTS[kind]:
         return _CUSTOM_PARTS[kind][name]
     return _import_class(BUILT_IN[kind].get(name) or LIBRARY[kind][name])
@@ -226,7 +228,10 @@ def _import_class(location: str) -> Any:
 
 
 def is_built_in(kind: str, name: str, module: str) -> bool:
-    """Return whether a class is a built-in part."""
+    """Return whether a class is a part of the package.
+
+    Raise ValueError if a class of another module has the name of a part of the package.
+    """
     location = package_parts(kind).get(name)
     if location is None:
         return False
@@ -248,12 +253,12 @@ def remove(kind: str, name: str) -> None:
 
 
 def count_changes() -> int:
-    """Return the number of changes of the custom parts, for caches of results about parts."""
+    """Return the number of added and removed custom parts, as a part of the keys of caches."""
     return len(_CHANGES)
 
 
 def set_origin_finder(finder: Callable[[type], Any]) -> None:
-    """Set the function that returns the origin of a custom part, whose `load` loads the part."""
+    """Set the function that returns the origin of a custom part, see `_find_origin`."""
     global _find_origin
     _find_origin = finder
 
@@ -269,14 +274,14 @@ def find_origins(choices: Iterable[tuple[str, str]]) -> tuple[Any, ...]:
 
 
 def unknown_part_message(kind: str, name: str) -> str:
-    """Return the message for an unknown name."""
+    """Return the message about an unknown name of a part."""
     quoted = list_names(repr(name), map(repr, names(kind)))
     hint = did_you_mean(name, names(kind))
     return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"
 
 
 def settings_class(kind: str, name: str) -> Any:
-    """Return the class of a part with settings, or None for a part without settings."""
+    """Return the class of an added part with settings, or None for any other part."""
     part: Any = (
         find_class(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM_PARTS[kind].get(name)
     )
@@ -284,5 +289,5 @@ def settings_class(kind: str, name: str) -> Any:
 
 
 def table_name(name: str) -> str:
-    """Return the name of the table of a part: the name of the part with underscores."""
+    """Return the name of a part's table: "larger_tournament" for "larger-tournament"."""
     return name.replace("-", "_")

@@ -1,6 +1,6 @@
 """Scheduled changes: settings of an experiment that change at a generation.
 
-The new value holds for that generation and all later ones. In TOML:
+The new value is valid in this generation and in all later generations. In TOML:
 
     [[schedule]]
     generation = 50
@@ -25,7 +25,7 @@ from baldwinlab.experiment.paths import (
     parse_assignment,
 )
 
-# Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
+# Settings that cannot change during a run, because they determine the layout of runs or genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
 FIXED_FIELDS: Final = (
     "evolution.generations",
@@ -36,7 +36,7 @@ FIXED_FIELDS: Final = (
 
 
 class Change(Fields, extra="allow"):
-    """Settings that change at a generation: the paths of the settings, with their new values."""
+    """Settings that change at a generation: the new value of each setting, by path."""
 
     generation: int = Field(
         ge=0, le=1_000_000, description="First generation with the new values, from 0."
@@ -49,7 +49,7 @@ class Change(Fields, extra="allow"):
         if not isinstance(tree, Mapping):
             return tree
         settings = dict(iterate_settings(to_plain_data(tree)))
-        # The path and the hash of a data file belong together.
+        # A data file is one setting with a table of its path and its hash.
         for path in [path.removesuffix(".sha256") for path in settings if path.endswith(".sha256")]:
             names = ("path", "sha256")
             settings[path] = {name: settings.pop(f"{path}.{name}", "") for name in names}
@@ -57,7 +57,7 @@ class Change(Fields, extra="allow"):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """New values by path."""
+        """New values by path, such as {"learning.rule": "none"}."""
         return dict(self.model_extra or {})
 
 
@@ -69,7 +69,7 @@ SCHEDULE_FIELD: Any = Field(
 
 
 def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the setting `schedule` of words such as "50", "learning.rule=none"."""
+    """Return [{"generation": 50, "learning.rule": "none"}] for ["50", "learning.rule=none"]."""
     changes: list[dict[str, Any]] = []
     for word in words:
         if word.isdecimal():
@@ -92,13 +92,13 @@ def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
 
 @lru_cache(maxsize=256)
 def apply_changes(experiment: Any, n_changes: int) -> Any:
-    """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
+    """Return an experiment after the first `n_changes` scheduled changes, without a schedule."""
     changes = [change.settings for change in experiment.schedule[:n_changes]]
     return experiment.replace(schedule=[], **nest_settings(combine_settings(changes)))
 
 
 def require_valid_schedule(experiment: Any) -> None:
-    """Check that a run can follow the schedule of an experiment."""
+    """Raise ExperimentError if a run cannot follow the schedule of an experiment."""
     faults = list(_find_fixed_settings(experiment.schedule))
     generations = [change.generation for change in experiment.schedule]
     if generations != sorted(generations):
@@ -114,7 +114,7 @@ def require_valid_schedule(experiment: Any) -> None:
 
 
 def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield a sentence for each change without settings, and each setting that cannot change."""
+    """Yield a sentence for each change without settings, and each setting that must not change."""
     for change_index, change in enumerate(changes):
         if not change.settings:
             yield f"schedule.{change_index}: generation {change.generation} changes no setting"
@@ -128,11 +128,11 @@ def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
 
 
 def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None:
-    """Raise ExperimentError if changed agents need other genes, or their records other variables.
+    """Raise ExperimentError if a change needs genomes or records with another layout.
 
-    Changed agents may use fewer modules of their genomes.
+    After the change, agents may use fewer modules than the genomes have.
     """
-    # Imported late: xarray takes a while to load, and few experiments have a schedule.
+    # Imported late, because xarray takes a while to load, and few experiments have a schedule.
     from baldwinlab.core import variables
 
     modules = changed.modules
@@ -150,7 +150,7 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
 
 
 def add_file_hashes(experiment: Any) -> list[dict[str, Any]]:
-    """Return the schedule of an experiment, with the hash of each data file that it names."""
+    """Return the schedule of an experiment, with the hash of each data file in it."""
     changes = []
     for change in to_plain_data(experiment.schedule):
         changed = experiment.at(change["generation"])
@@ -163,13 +163,12 @@ def add_file_hashes(experiment: Any) -> list[dict[str, Any]]:
 def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return a schedule without the settings that get one value for the whole run.
 
-    `changes`: the settings that are changed for the whole run, as nested tables. A changed choice
-    of a part, such as `learning.rule`, also drops the scheduled settings of that table.
+    `changes`: the settings that get one value, as nested tables. A new choice of a part, such as
+    `evolution.selection`, also drops the scheduled settings of parts of this table, for example
+    `evolution.larger_tournament.size`.
     """
     replaced_values = dict(iterate_settings(changes))
-    # A scheduled setting is dropped if it gets a value, or if its table chooses another part.
-    # A text in a table is the name of a part, for example `learning.rule`. The name of the
-    # experiment is a text outside tables.
+    # A text in a table is taken as a choice of a part. The name of the experiment is in no table.
     sections = {
         _parent_path(path)
         for path, value in replaced_values.items()
@@ -183,14 +182,14 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
             if not _is_replaced(path, replaced_values)
             and _parent_path(_parent_path(path)) not in sections
         }
-        # The first entry is the generation of the change.
+        # The generation of the change always remains. A change with no other entry is dropped.
         if len(settings) > 1:
             remaining_changes.append(settings)
     return remaining_changes
 
 
 def _is_replaced(path: str, replaced_values: Mapping[str, Any]) -> bool:
-    """Return whether a setting, or the list that contains it, gets a value."""
+    """Return whether a setting, or a list that contains the setting, gets a value."""
     return path in replaced_values or any(
         path.startswith(f"{replaced}.") for replaced in replaced_values
     )

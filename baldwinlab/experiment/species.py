@@ -1,6 +1,6 @@
 """Species: groups of agents of one population that differ in their settings.
 
-A species is an experiment that shares a world with others. In TOML:
+In the code, a species is an experiment (a member) that shares a world with others. In TOML:
 
     [[population.species]]
     name = "learners"
@@ -11,8 +11,8 @@ A species is an experiment that shares a world with others. In TOML:
     name = "innate"
     size = 19
 
-Agents are numbered species after species. A setting that a species does not change has the value of
-the experiment.
+The agents of the first species have the first indices, and so on. A setting that a species does not
+change has the value of the experiment.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from baldwinlab.experiment.fields import ExperimentError, Fields, format_value, 
 from baldwinlab.experiment.paths import iterate_settings, nest_settings
 
 ACROSS: Final = "across"
-"""Value of `evolution.compete` with one selection over the agents of all species."""
+"""Value of `evolution.compete`: one selection over the agents of all species."""
 # Settings that all species of an experiment share.
 SHARED_TABLES: Final = ("model", "population", "record", "schedule", "world", "lifetime")
 SHARED_FIELDS: Final = ("evolution.generations", "evolution.compete", "evolution.stop")
@@ -79,7 +79,7 @@ SPECIES_FIELD: Any = Field(
 def find_species_faults(
     species: Sequence[Species], population_size: int
 ) -> list[tuple[str, object, str]]:
-    """Return path, value and rule of the invalid settings of the species of a population."""
+    """Return path, value and violated rule of each invalid setting of the species."""
     if not species:
         return []
     faults: list[tuple[str, object, str]] = []
@@ -95,7 +95,7 @@ def find_species_faults(
 
 @lru_cache(maxsize=256)
 def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
-    """Return the experiment of each species, which a long run often needs."""
+    """Return the experiment of each species. The cache helps, because a run calls this often."""
     members = []
     for species_index, species in enumerate(experiment.population.species):
         location = f"population.species.{species_index}"
@@ -125,7 +125,7 @@ def _is_shared(path: str) -> bool:
 
 
 def require_valid_species(experiment: Any) -> None:
-    """Check that the species of an experiment can share a population."""
+    """Raise ExperimentError if the species of an experiment cannot share a population."""
     if not experiment.population.species:
         return
     members = experiment.species_experiments()
@@ -189,7 +189,7 @@ def _find_inheritance_faults(members: Sequence[Any]) -> Iterator[str]:
 
 
 def require_single_species(experiment: Any, purpose: str) -> None:
-    """Raise RefusedError if an experiment has species. `purpose` needs an experiment without."""
+    """Raise RefusedError if an experiment has species, which the `purpose` does not support."""
     if experiment.population.species:
         raise RefusedError(
             f"{experiment.name} has several species: {purpose} needs an experiment without "
@@ -218,10 +218,10 @@ def change_tables(
 
 
 def combine_modules(modules_of_species: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return the names of the modules that the stored genomes of several species have.
+    """Return the names of the modules in the stored genomes of several species.
 
-    The genomes of a species with fewer modules are padded. If two species have different modules at
-    one index, the name has both, for example "reinforcement/prediction".
+    All genomes have the number of modules of the longest genome. If two species have different
+    modules at one index, the name joins both, for example "reinforcement/prediction".
     """
     combined = []
     for names in zip_longest(*modules_of_species):
@@ -233,11 +233,13 @@ def combine_modules(modules_of_species: Sequence[Sequence[str]]) -> tuple[str, .
 def combine_inputs(
     inputs_of_species: Sequence[Sequence[str]],
 ) -> tuple[tuple[str, ...], list[list[int]]]:
-    """Return the names of the inputs of all species, and the indices of the inputs of each species.
+    """Return the names of the inputs of all species, and the index of each input of each species.
 
-    Inputs of two species with the same name are one input. A name is repeated if it is repeated in
-    one species.
+    Two species with the inputs ("left", "front") and ("front", "energy") give the names ("left",
+    "front", "energy") and the indices [[0, 1], [1, 2]]. A name that is twice in one species is
+    twice in the result.
     """
+    # The key is a name and its number of earlier occurrences in the species.
     numbers: dict[tuple[str, int], int] = {}
     indices = [
         [
@@ -259,9 +261,9 @@ def normalize_species(experiment: Any) -> list[dict[str, Any]]:
 
 
 def _normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of a species with the values of its validated experiment.
+    """Return the settings of a species with the values in `tree`, the validated experiment.
 
-    The validated value of a data file, for example, has its hash.
+    For example, the validated value of a data file has a hash.
     """
     normalized = {}
     for name, value in settings.items():

@@ -13,7 +13,7 @@ from baldwinlab.experiment.registry import PartChoice
 from baldwinlab.experiment.species import SPECIES_FIELD, Species, find_species_faults
 
 SHARE_TOLERANCE = 1e-9
-"""Tolerance of the sum of shares, which rounding changes."""
+"""Allowed difference between 1 and the sum of shares, because of rounding."""
 
 Name = Annotated[
     str,

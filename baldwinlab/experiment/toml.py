@@ -27,7 +27,7 @@ def to_toml(experiment: BaseExperiment) -> str:
 def _fill(table: Any, part: BaseModel) -> None:
     tables = []
     meanings = {name: field.description for name, field in type(part).model_fields.items()}
-    # A table of a model that is not loaded has values without fields.
+    # The experiment of a model that is not loaded has values without fields.
     for name, value in part:
         are_tables = isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
         if are_tables or isinstance(value, BaseModel | dict):
@@ -35,7 +35,7 @@ def _fill(table: Any, part: BaseModel) -> None:
             tables.append((name, value))
             continue
         meaning = meanings.get(name)
-        # TOML has no null value.
+        # TOML has no null value, so a comment replaces the setting.
         if value is None:
             table.add(tomlkit.comment(f"{name} is not set: {meaning}"))
             continue
@@ -61,7 +61,7 @@ def _make_table(part: BaseModel) -> Any:
 
 
 def from_toml(text: str, source: str, lenient: bool = False) -> Experiment:
-    """Return the experiment of a TOML text. Raise ExperimentError if the text is invalid."""
+    """Return the experiment of a TOML text. Raise ExperimentError, which names `source`."""
     tree = parse_tree(text, source)
     with name_source_in_errors(source):
         made: Experiment = validate(tree, lenient)
@@ -87,10 +87,9 @@ def name_source_in_errors(source: str) -> Iterator[None]:
 
 
 def format_assignments(tables: Mapping[str, Any]) -> list[str]:
-    """Return the settings in nested tables as assignments.
+    """Return settings as assignments such as "lifetime.steps=5".
 
-    `tables`: settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal. Returns
-    assignments, such as "lifetime.steps=5".
+    `tables`: nested tables or paths: {"lifetime": {"steps": 5}} or {"lifetime.steps": 5}.
     """
     assignments = []
     for path, value in iterate_settings(to_plain_data(tables)):

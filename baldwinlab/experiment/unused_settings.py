@@ -1,8 +1,8 @@
-"""Unused settings, which have no effect in an experiment. They are errors if a user changes them.
+"""Unused settings, which have no effect in an experiment. Changing such a setting is an error.
 
 A user has changed a setting if its value differs from the origin of the experiment: the preset,
-the base of the file, or the defaults. Stored studies and experiments of assays may contain settings
-without effect, for example settings of learning in an experiment without learning.
+the base of the file, or the defaults. Stored studies and experiments of assays may contain unused
+settings, for example settings of learning in an experiment without learning.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ SPECIES_SETTINGS: Final = ("evolution.compete", PREY)
 """Settings that only experiments with species use."""
 STOP: Final = "evolution.stop"
 FIXATION: Final = "fixation"
-"""Stop that only experiments with competing species use."""
+"""Value of `evolution.stop` that needs competing species."""
 
 
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the unused settings of an experiment by path, each with the reason."""
     if members := experiment.species_experiments():
-        # A setting has an effect if one species uses it.
+        # A setting is unused only if no species uses the setting.
         first_reasons, *other_reasons = [list_unused_settings(member) for member in members]
         unused = {}
         for path, reason in first_reasons.items():
@@ -47,7 +47,7 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
 
 
 def _unused_stop(experiment: BaseExperiment) -> dict[str, str]:
-    """Return the stop of an experiment if it waits for a fixation that cannot occur."""
+    """Return `evolution.stop` with the reason if it stops at a fixation, which cannot occur."""
     if experiment.evolution.stop != FIXATION:
         return {}
     if not experiment.population.species:
@@ -59,7 +59,7 @@ def _unused_stop(experiment: BaseExperiment) -> dict[str, str]:
 def list_changed_unused_settings(
     experiment: BaseExperiment, origin: BaseExperiment | None = None
 ) -> dict[str, str]:
-    """Return the unused settings whose values differ from those of the origin, with the reasons.
+    """Return the unused settings with other values than the origin, each with the reason.
 
     Without an origin, the values are compared with the defaults.
     """
@@ -78,7 +78,6 @@ def _read_value(experiment: BaseExperiment, path: str) -> object:
 
 
 def _unused_mutation_settings(experiment: BaseExperiment) -> dict[str, str]:
-    """Return the settings of mutation that the variation does not use."""
     name = experiment.evolution.variation
     part = experiment.part("evolution.variation")
     fields = [
@@ -111,9 +110,9 @@ def _unused_miniworld_settings(experiment: Experiment) -> dict[str, str]:
 def require_effect(
     experiments: Sequence[BaseExperiment], origins: Sequence[BaseExperiment | None] = ()
 ) -> None:
-    """Refuse changed settings that are unused in all given experiments.
+    """Raise ExperimentError for changed settings that are unused in all given experiments.
 
-    `origins`: None, or an empty sequence, means the defaults.
+    `origins`: origin of each experiment. None, or an empty sequence, stands for the defaults.
     """
     origins = origins or [None] * len(experiments)
     pairs = zip(experiments, origins, strict=True)
@@ -126,6 +125,6 @@ def require_effect(
 
 
 def describe_unused_setting(path: str, reason: str) -> str:
-    """Return the sentence about a setting without effect, such as with `learning.rule = "none"`."""
+    """Return the sentence about an unused setting. `reason`: such as `learning.rule = "none"`."""
     choice = reason.partition(" = ")[0]
     return f"{path}: does nothing with {reason}; leave it out, or change {choice}"

@@ -1,8 +1,8 @@
 """The lab: a local server and a web page that show, run, replay and share studies.
 
 The package `server` needs the extra `lab`. The packages `sources` and `pages` work without it.
-The function of each request gets the lab and a query, whose values it reads with the functions of
-this module. Errors name the parameter.
+`server/routes.py` names the function of each request. Such a function gets a `Lab` and a query, and
+reads the values of the query with the functions of this module. Errors name the parameter.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ MAX_QUEUED_RESPONSES = 4
 MAX_CACHE_BYTES = 128 * 2**20
 # The parameters of a request, by name.
 Query = Mapping[str, str]
-# Larger numbers are rejected before they are parsed.
+# A number with more digits is rejected before Python parses the text.
 MAX_DIGITS: Final = 11
 
 
 class MissingError(StudyError):
-    """Report that a requested study, condition, run or other object does not exist (status 404)."""
+    """A requested study, condition, run or other object does not exist (HTTP status 404)."""
 
 
 class Cache:
@@ -60,7 +60,7 @@ class Cache:
                 return self._entries[key]
         content = make()
         with self._lock:
-            # Another thread may have stored an entry of this key during `make`.
+            # The lock is free during `make`, so another thread may have stored this entry.
             if key not in self._entries and len(content) <= self._max_bytes:
                 self._entries[key] = content
                 self.used_bytes += len(content)
@@ -82,13 +82,13 @@ class Lab:
     live: Live
     # Recordings and other results that take time to compute.
     cache: Cache = field(default_factory=Cache)
-    # The finished share of each movie, by the ticket of its page.
+    # The finished fraction of each movie, by a ticket: an id that the page has chosen.
     movie_progress: dict[str, float] = field(default_factory=dict)
     # Limits the number of large responses in memory.
     response_slots: Semaphore = field(default_factory=lambda: Semaphore(MAX_QUEUED_RESPONSES))
     # Returns whether the engine is compiled. Until then, pages do not simulate.
     is_engine_ready: Callable[[], bool] = lambda: True
-    # The command that started this lab, for messages.
+    # The command that started this lab. Messages show it with additional options.
     command: Sequence[str] = ("baldwinlab", "lab")
 
 
@@ -98,7 +98,7 @@ def release_memory() -> None:
     On Linux, the allocator of the C library does not return freed small blocks by itself.
     """
     if sys.platform == "linux":
-        # Not every C library has malloc_trim.
+        # Not every C library has malloc_trim. 0: keep no free bytes.
         trim = getattr(ctypes.CDLL(None), "malloc_trim", lambda bytes_to_keep: None)
         trim(0)
 
@@ -111,7 +111,7 @@ def read_text(query: Query, name: str) -> str:
 
 
 def read_number(query: Query, name: str, default: int | None = None) -> int:
-    """Return a parameter as a whole number of at least 0."""
+    """Return a parameter as a whole number of at least 0. Raise ValueError for another value."""
     if default is not None and name not in query:
         return default
     value = read_text(query, name)
@@ -136,6 +136,7 @@ def read_real(query: Query, name: str, default: float) -> float:
 def read_body_number(body: Mapping[str, Any], name: str, default: int) -> int:
     """Return a whole number from a JSON body. Raise ValueError for another value."""
     value = body.get(name, default)
+    # In Python, True and False are integers.
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} = {value!r} must be a whole number")
     return value

@@ -1,4 +1,7 @@
-"""Models, and simulators that compute their lifetimes for several runs."""
+"""Models, and simulators that compute the lifetimes of agents of several runs.
+
+`baldwinlab/simulation` calls `make_simulator`.
+"""
 
 from __future__ import annotations
 
@@ -16,28 +19,25 @@ from baldwinlab.parts.model_part import LifeResults
 
 
 class Simulator(Protocol):
-    """Object that simulates several runs of one experiment, one generation per call.
-
-    A run is bit-identical for all combinations of runs.
-    """
+    """Simulator of several runs. The results of a run do not depend on the other runs."""
 
     def simulate(
         self, generation: int, genomes: npt.NDArray[np.float32], *sizes: Any
     ) -> LifeResults:
         """Return the results of a generation.
 
-        `genomes` [run, agent, module, weight]: genomes at birth. `*sizes` [run, species]: number of
-        agents of each species. Only experiments with species have this argument.
+        `genomes` [run, agent, module, weight]: genomes at birth. `*sizes`: one array [run, species]
+        with the number of agents of each species, or nothing for an experiment without species.
         """
         ...
 
 
 class _ModelSimulator:
-    """The simulator of a model that is a part."""
+    """Simulator of one model for all agents. The model is any model except MiniWorld."""
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
         self._model = experiment.model_part
-        # A model does not use the genes of other parts.
+        # Genomes can have further genes, which belong to other parts and not to the model.
         self._n_weights = experiment.weight_count
         self._seed = seed
         self._runs = runs
@@ -49,10 +49,7 @@ class _ModelSimulator:
 
 
 class SpeciesModelSimulator:
-    """Simulate the agents of each species by the model of this species.
-
-    Agents of different species do not interact during their lifetimes.
-    """
+    """Simulate each species by its model. Different species do not interact in a lifetime."""
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
         self._members = experiment.species_experiments()
@@ -64,15 +61,17 @@ class SpeciesModelSimulator:
     ) -> LifeResults:
         """Return the results of a generation.
 
-        `genomes` [run, agent, module, weight]: genomes at birth. Agents are numbered species after
-        species. `sizes` [run, species]: number of agents of each species.
+        `genomes` [run, agent, module, weight]: genomes at birth, all agents of species 0 first,
+        then those of species 1 and so on. `sizes` [run, species]: number of agents of each species.
         """
         n_runs, n_agents, _, n_weights = genomes.shape
         collected = _Results(n_runs, n_agents, n_weights)
+        # [run, species]: index of the first agent of each species.
         first_agents = np.cumsum(sizes, axis=1) - sizes
         for species, member in enumerate(self._members):
             seed = derive_seed(self._seed, species)
-            # Runs with equal sizes are one batch.
+            # Each group is a pair: index of the first agent, number of agents. Runs of one group
+            # are simulated in one batch.
             groups = {(*pair,) for pair in np.stack([first_agents, sizes])[:, :, species].T}
             for first_agent, size in sorted(groups):
                 is_in_group = (first_agents[:, species] == first_agent) & (
@@ -90,7 +89,7 @@ class SpeciesModelSimulator:
 
 
 class _Results:
-    """Results of the agents of all species, which `add` collects."""
+    """Results of all agents. Each call of `add` copies the results of one species in some runs."""
 
     def __init__(self, n_runs: int, n_agents: int, n_weights: int) -> None:
         self._shape = (n_runs, n_agents)
@@ -107,10 +106,10 @@ class _Results:
         agents: slice,
         genomes: npt.NDArray[np.float32],
     ) -> None:
-        """Copy the results of the agents of a species in some runs."""
+        """Copy the results of one species. `runs` [run]: indices of the runs in these results."""
         self._energy[runs, agents] = results.energy
         self._cost[runs, agents] = results.cost
-        # Without learned weights, the first module at death is that at birth.
+        # A model without learned weights does not change the first module during a lifetime.
         has_learned = results.learned is not None
         learned = genomes[:, :, 0] if results.learned is None else results.learned
         self._learned[runs, agents, : learned.shape[-1]] = learned
@@ -120,7 +119,7 @@ class _Results:
             array[runs, agents] = values
 
     def finish(self) -> LifeResults:
-        """Return the results of all agents."""
+        """Return the results. `learned` is None if no species has learned weights."""
         return LifeResults(
             energy=self._energy,
             cost=self._cost,
@@ -130,7 +129,7 @@ class _Results:
 
 
 class _ScheduledSimulator:
-    """The simulators of an experiment whose settings change at some generations."""
+    """Simulator with settings that change. Each set of settings has a separate simulator."""
 
     def __init__(
         self, experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any
@@ -143,7 +142,7 @@ class _ScheduledSimulator:
         self, generation: int, genomes: npt.NDArray[np.float32], *sizes: Any
     ) -> LifeResults:
         settings = self._experiment.at(generation)
-        # Without learning, an agent does not use its entire genome.
+        # A period without learning uses fewer modules and genes than the stored genomes have.
         used_genes = trim_genomes(genomes, settings)
         if settings not in self._simulators:
             self._simulators[settings] = self._make_simulator(settings)
@@ -153,7 +152,7 @@ class _ScheduledSimulator:
 def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
 ) -> Simulator:
-    """Return a simulator of runs of an experiment. The default backend is the CPU."""
+    """Return a simulator of `runs`. Backends other than the CPU, the default, need MiniWorld."""
     if experiment.schedule:
         return _ScheduledSimulator(experiment, seed, runs, backend)
     if experiment.population.species and isinstance(experiment, Experiment):

@@ -2,18 +2,18 @@
 
     baldwinlab reproduce lange-sprekeler-2020
 
-Arm 1 pays 0. Arm 2 pays a normal number with the mean mu and the standard deviation `noise`. The
-mean mu is drawn for each bandit: it is normal with the mean -1 and the standard deviation
-`uncertainty`. The genome is one number, the number of exploratory pulls n (rounded down). An agent
-pulls arm 2 n times. For the rest of its life, it pulls the arm whose posterior mean is larger by
-Bayes' rule: arm 2 if the sum of the explored payoffs exceeds noise^2 / uncertainty^2. An agent with
-n = 0 never pulls arm 2: its choice is hard-coded.
+Arm 1 pays 0. Arm 2 pays a normal random number with the mean mu and the standard deviation `noise`.
+Each bandit has a different mu, drawn from a normal distribution with the mean -1 and the standard
+deviation `uncertainty`. A genome has one gene. Rounded down, the gene is the number n of
+exploratory pulls. An agent first pulls arm 2 n times. Then it pulls the arm with the larger
+posterior mean (Bayes' rule) until death: arm 2 if the sum of the n payoffs exceeds
+noise^2 / uncertainty^2, else arm 1. An agent with n = 0 never pulls arm 2: its choice is innate.
 
 Fitness is 1 plus the mean payoff per pull, over several bandits. An agent that does not learn
-explores as well, but ignores the payoffs and then pulls arm 1.
+explores as well. It ignores the payoffs and then pulls arm 1.
 
-The bandit is that of Lange and Sprekeler, as we know it from secondary sources. Their agents are
-recurrent networks. The genome, the population and the numbers are our choice.
+The bandit follows Lange and Sprekeler, from secondary sources. In the paper, the agents are
+recurrent networks. The genome, the population and the constants are our choice.
 
 References
 ----------
@@ -125,7 +125,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
         payoffs = poison.empty(explored.shape)
         accepted = poison.empty(explored.shape)
         for row, run in enumerate(runs):
-            # [agent, bandit, number]: three of four numbers are used.
+            # [agent, bandit, 4]: `pull_arms` uses three of the four random numbers.
             draws = uniforms(seed, run, generation, LIFE, (explored.shape[1], self.bandits))
             pull_arms(
                 (self.lifetime_pulls, self.uncertainty, self.noise, self.learning),
@@ -139,24 +139,26 @@ class BanditExplorers(Model, name="bandit-explorers"):
 
     @cached_property
     def expected_payoffs(self) -> kit.Numbers:
-        """Mean payoff of a lifetime with learning, for each number of exploratory pulls from 0.
+        """Expected total payoff of a lifetime with learning, by number of exploratory pulls.
 
-        The mean of mu over the lifetimes in which arm 2 is accepted is known, because mu and the
-        sum of the explored payoffs are jointly normal.
+        Entry n is for n pulls, from 0 to `lifetime_pulls`. Mu and the sum of the explored payoffs
+        are jointly normal. Therefore, a formula gives the mean of mu over accepted arms.
         """
         payoffs = np.zeros(self.lifetime_pulls + 1)
         variance = self.uncertainty**2
         for n in range(1, self.lifetime_pulls + 1):
+            # Standard deviation of the posterior mean. The agent accepts arm 2 if this mean is > 0.
             sd = variance * math.sqrt(n / (variance * n + self.noise**2))
             d = MEAN_PAYOFF / sd
             density = math.exp(-d * d / 2) / math.sqrt(2 * math.pi)
             acceptance = math.erfc(-d / math.sqrt(2)) / 2
+            # In parentheses: mean payoff per later pull. A pull of arm 1 counts as 0.
             rest = (self.lifetime_pulls - n) * (MEAN_PAYOFF * acceptance + sd * density)
             payoffs[n] = MEAN_PAYOFF * n + rest
         return payoffs
 
     def all_measures(self) -> dict[str, Measure]:
-        """Return the measures, with those that need the expected payoffs."""
+        """Return the measures, and two more that compare agents with the expected payoffs."""
         return super().all_measures() | {
             "best-choice": Measure(
                 "1 if most agents explore in the last generation exactly if exploration pays",
@@ -182,16 +184,16 @@ class BanditExplorers(Model, name="bandit-explorers"):
 
 @jit_entry_point
 def pull_arms(bandit: Any, explored: Any, draws: Any, payoffs: Any, accepted: Any) -> None:
-    """Simulate the bandits of all agents.
+    """Simulate the bandits of all agents of a run.
 
-    The sum of several payoffs of an arm is normal, so it is one draw.
+    The sum of several payoffs of an arm is normal, so one random number determines the sum.
 
+    - `bandit`: number of pulls in a lifetime, `uncertainty`, `noise` and `learning`.
     - `explored` (agents,): number of exploratory pulls.
-    - `draws` (agents, bandits, 4): uniform numbers for the mean of arm 2, the explored payoffs and
-      the other payoffs.
-    - `payoffs` (agents,): mean payoff over bandits. It is written.
-    - `accepted` (agents,): share of bandits in which arm 2 is chosen after the exploration. It is
-      written.
+    - `draws` (agents, bandits, 4): uniform random numbers for the mean of arm 2 (entry 0), the
+      explored payoffs (1) and the later payoffs (2).
+    - `payoffs` (agents,): output: total payoff of a lifetime, mean over bandits.
+    - `accepted` (agents,): output: fraction of bandits with arm 2 after the exploration.
     """
     n_pulls, uncertainty, noise, learning = bandit
     n_bandits = draws.shape[1]

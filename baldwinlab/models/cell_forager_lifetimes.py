@@ -1,4 +1,7 @@
-"""Lifetimes of foragers: successive grids with food, and a network that learns in each step."""
+"""Lifetimes of foragers on successive grids with food. A network can learn in each step.
+
+`cell_foragers.py` calls `simulate_lifetimes`.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,11 @@ from baldwinlab.parts import LIFE, philox, unit
 
 # Number of cells per edge.
 GRID_SIZE: Final = 10
-# Number of items.
+# Number of food items in an environment.
 N_FOOD_ITEMS: Final = 10
-# Actions. The action 0 is to stay.
+# Codes of the actions. Code 0 means stay.
 TURN_RIGHT, TURN_LEFT, GO_AHEAD = range(1, 4)
-# Number of random draws that are reserved for an environment.
+# Number of random draws that are reserved for an environment. A draw has four random words.
 DRAWS_PER_ENVIRONMENT: Final = 4096
 # Learning targets, see `CellForagers.learning`.
 NO_TARGET, INHERITED_TEACHER, NEXT_SENSATION, NOISE = range(4)
@@ -26,7 +29,7 @@ NO_TARGET, INHERITED_TEACHER, NEXT_SENSATION, NOISE = range(4)
 N_INPUTS: Final = 4
 # Number of outputs for the action: its two bits.
 N_ACTION_OUTPUTS: Final = 2
-# Distance between opposite corners, in cells.
+# Distance between opposite corners, in cells. The factor is the square root of 2.
 MAX_DISTANCE: Final = np.float32(GRID_SIZE - 1) * np.float32(1.4142135)
 
 
@@ -37,13 +40,13 @@ class Visit(NamedTuple):
     run: int
     generation: int
     agent: int
-    # Number of the first draw of the environment.
+    # Index of the first draw of the environment, among all draws of the lifetime.
     first_draw: int
 
 
 @compiled
 def draw_words(visit: Visit, draw_index: Any) -> Any:
-    """Return the random words of a draw of a visit. The draws are counted from 0."""
+    """Return the four random words of a draw. Draw 0 is the first draw of the visit."""
     return philox(
         visit.first_draw + draw_index, visit.agent, visit.generation, LIFE, visit.seed, visit.run
     )
@@ -51,14 +54,14 @@ def draw_words(visit: Visit, draw_index: Any) -> Any:
 
 @compiled
 def draw_cell(word: Any) -> int:
-    """Return a cell from a random word. Cells are numbered row by row."""
+    """Return the index of a random cell. Cell 0 is the first cell of row 0, cell 10 of row 1."""
     return int(unit(word) * np.float32(GRID_SIZE * GRID_SIZE))
 
 
 @compiled
 def place_food(food: Any, visit: Visit) -> None:
-    """Draw a different cell for each item. An occupied cell is drawn again."""
-    # Draw 0 has the initial cell and heading of the agent.
+    """Fill `food` [item] with different random cells. If a cell has food, another one is drawn."""
+    # Draw 0 determines the initial cell and heading of the agent, so food begins with draw 1.
     draw_index = 0
     for item in range(food.size):
         is_free = False
@@ -75,10 +78,10 @@ def place_food(food: Any, visit: Visit) -> None:
 def sense_food(food: Any, cell: Any, heading: Any) -> Any:
     """Return the angle and the distance of the nearest food, or (0, 1) if there is no food.
 
-    The angle is clockwise from the heading, as a share of a turn. The distance is a share of the
-    largest distance.
+    The angle is clockwise from the heading, in turns, from 0 to 1. The distance is divided by
+    `MAX_DISTANCE`, so it is from 0 to 1. `food` [item]: cell of each item, -1 if it is eaten.
     """
-    # A squared distance above all squared distances on the grid.
+    # This value is larger than all squared distances on the grid.
     no_distance = 2 * GRID_SIZE * GRID_SIZE
     nearest_squared = no_distance
     nearest_dx = 0
@@ -94,7 +97,7 @@ def sense_food(food: Any, cell: Any, heading: Any) -> Any:
                 nearest_dy = dy
     if nearest_squared == no_distance:
         return ZERO, ONE
-    # Rotate the offset by quarter turns, so that the heading is to the right.
+    # Rotate the offset counterclockwise by the heading, so that straight ahead is to the right.
     for _ in range(heading):
         nearest_dx, nearest_dy = nearest_dy, -nearest_dx
     angle = share_of_turn(np.float32(nearest_dx), np.float32(nearest_dy))
@@ -104,13 +107,12 @@ def sense_food(food: Any, cell: Any, heading: Any) -> Any:
 
 @compiled
 def execute_action(action: Any, cell: Any, heading: Any) -> Any:
-    """Return the cell and the heading after an action: stay, turn right, turn left or go ahead."""
+    """Return the cell and the heading (0 right, 1 down, 2 left, 3 up) after an action."""
     if action == TURN_RIGHT:
         return cell, (heading + 1) % 4
     if action == TURN_LEFT:
         return cell, (heading + 3) % 4
     if action == GO_AHEAD:
-        # Headings are quarter turns clockwise from the right: right, down, left, up.
         x = cell % GRID_SIZE + int(heading == 0) - int(heading == 2)
         y = cell // GRID_SIZE + int(heading == 1) - int(heading == 3)
         if 0 <= x < GRID_SIZE and 0 <= y < GRID_SIZE:
@@ -120,7 +122,7 @@ def execute_action(action: Any, cell: Any, heading: Any) -> Any:
 
 @compiled
 def eat_item(food: Any, cell: Any) -> int:
-    """Remove the food in a cell. Return the number of eaten items."""
+    """Remove the item in a cell, if it has one. Return the number of eaten items, 0 or 1."""
     n_eaten = 0
     for item in range(food.size):
         if food[item] == cell:
@@ -130,7 +132,7 @@ def eat_item(food: Any, cell: Any) -> int:
 
 
 class Layers(NamedTuple):
-    """Sizes of a network, and its learning rate."""
+    """Numbers of hidden units and of outputs of a network, and the learning rate."""
 
     hidden: int
     outputs: int
@@ -140,11 +142,11 @@ class Layers(NamedTuple):
 class Activations(NamedTuple):
     """Scratch arrays for the activations of both modules and for one step of learning."""
 
-    # float32 [unit]: inputs, hidden units and outputs of the action module.
+    # [unit]: inputs, then hidden units, then outputs of the action module.
     values: npt.NDArray[np.float32]
-    # float32 [unit]: the same for the teaching module.
+    # [unit]: inputs, then hidden units, then outputs of the teaching module.
     teacher: npt.NDArray[np.float32]
-    # float32 [2]: target values of the two trained outputs.
+    # [2]: target values of the two trained outputs.
     targets: npt.NDArray[np.float32]
 
 
@@ -158,7 +160,7 @@ def compute_outputs(layers: Layers, weights: Any, values: Any) -> None:
         for source in range(N_INPUTS):
             total += weights[source * hidden + hidden_unit] * values[source]
         values[N_INPUTS + hidden_unit] = sigmoid(total)
-    # The weights of the hidden units, biases included, come first.
+    # Order of weights: [input, hidden unit], hidden biases, [hidden unit, output], output biases.
     first_output_weight = (N_INPUTS + 1) * hidden
     for output in range(outputs):
         total = weights[first_output_weight + hidden * outputs + output]
@@ -172,7 +174,7 @@ def compute_outputs(layers: Layers, weights: Any, values: Any) -> None:
 
 @compiled
 def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) -> None:
-    """Do one step of backpropagation, with targets for the outputs `first` and `first + 1`."""
+    """Do one step of backpropagation, from `units.targets` for the outputs `first`, `first + 1`."""
     hidden = layers.hidden
     outputs = layers.outputs
     rate = layers.rate
@@ -204,19 +206,19 @@ def _output_error(activation: Any, target: Any) -> Any:
 
 
 class ForagingSettings(NamedTuple):
-    """Settings that all agents of a generation share."""
+    """Settings that are the same for all agents of a generation."""
 
     seed: int
     generation: int
-    # Number of the first agent.
+    # Index in the population of the first simulated agent.
     first_agent: int
-    # Learning target: a constant of this module.
+    # Kind of learning target: `NO_TARGET`, `INHERITED_TEACHER`, `NEXT_SENSATION` or `NOISE`.
     target: int
     layers: Layers
 
 
 class Modules(NamedTuple):
-    """Weights of the two modules of an agent, float32 [weight] each."""
+    """Weights [weight] of the action module and the teaching module of an agent."""
 
     action: npt.NDArray[np.float32]
     teaching: npt.NDArray[np.float32]
@@ -225,30 +227,30 @@ class Modules(NamedTuple):
 class EnvironmentPath(NamedTuple):
     """Food and moves of an agent in one environment."""
 
-    # int64 [item]: the cells of the food at the beginning.
+    # [item]: cell of each item at the beginning.
     food: npt.NDArray[np.int64]
-    # int64 [move, (cell, heading)].
+    # [move, (cell, heading)]: cell and heading after each move.
     track: npt.NDArray[np.int64]
 
 
 class Scratch(NamedTuple):
-    """Working memory, which is the same for all agents."""
+    """Working memory. All agents use the same arrays, one agent after another."""
 
-    # int64 [item]: the cells of the remaining food, or -1.
+    # [item]: cell of each item, -1 if it is eaten.
     food: npt.NDArray[np.int64]
     units: Activations
 
 
 class ForagingResults(NamedTuple):
-    """Results of lifetimes, and the paths in the last simulated environments."""
+    """Results of lifetimes, and the paths of the last simulated agent."""
 
-    # float32 [run, agent, weight]: the action module. It changes in place as agents learn.
+    # [run, agent, weight]: the action module. Learning changes it in place.
     learned: npt.NDArray[np.float32]
-    # int32 [run, agent, environment]: number of eaten items.
+    # [run, agent, environment]: number of eaten items.
     eaten: npt.NDArray[np.int32]
-    # int64 [environment, item]: the cells of the food.
+    # [environment, item]: cell of each item at the beginning.
     food: npt.NDArray[np.int64]
-    # int64 [environment, move, (cell, heading)].
+    # [environment, move, (cell, heading)]: cell and heading after each move.
     track: npt.NDArray[np.int64]
 
 
@@ -256,10 +258,10 @@ class ForagingResults(NamedTuple):
 def simulate_lifetimes(
     settings: ForagingSettings, runs: Any, teaching: Any, scratch: Scratch, results: ForagingResults
 ) -> None:
-    """Simulate the lifetimes of all agents.
+    """Simulate the lifetimes of all agents, and fill `results`.
 
-    `teaching` (runs, agents, weights): weights of the teaching modules. `results`: output.
-    `learned` must have the weights of the action modules at birth.
+    `teaching` (runs, agents, weights): weights of the teaching modules. Before the call,
+    `results.learned` must contain the weights of the action modules at birth.
     """
     n_recorded = results.food.shape[0]
     for run in range(runs.size):
@@ -273,7 +275,7 @@ def simulate_lifetimes(
                     agent=settings.first_agent + agent,
                     first_draw=environment * DRAWS_PER_ENVIRONMENT,
                 )
-                # The path of a later environment overwrites that of an earlier environment.
+                # With fewer slots than environments, later paths overwrite earlier paths.
                 slot = environment % n_recorded
                 path = EnvironmentPath(results.food[slot], results.track[slot])
                 results.eaten[run, agent, environment] = _visit_environment(
@@ -300,7 +302,7 @@ def _visit_environment(
         path.food[item] = food[item]
     action = 0
     eaten = 0
-    # The reference is an earlier move: its number, and the state and eaten items after it.
+    # The reference is an earlier move: its index, the state after it, and the items eaten by then.
     reference_move = -1
     reference_state = -1
     reference_eaten = 0
@@ -318,14 +320,15 @@ def _visit_environment(
         path.track[move, 1] = heading
         action = _read_action(settings.layers, values)
         if settings.target == NO_TARGET:
-            # An agent without learning repeats its moves if it returns to an earlier state and has
-            # eaten no item in between. The state is one number, because action and heading have
-            # four values each.
+            # Without learning, the next move depends only on the state and on the food. Therefore,
+            # an agent repeats its moves if it returns to an earlier state and has eaten no item
+            # since. Heading and next action have four values each, so one integer is the state.
             state = 16 * cell + 4 * heading + action
             if state == reference_state and eaten == reference_eaten:
                 _repeat_moves(path.track, move, move - reference_move)
                 return eaten
-            # The first states may never return. A later state replaces them as the reference.
+            # A state before the loop of moves never returns. Therefore, the reference is replaced
+            # by a later state at growing intervals.
             if eaten > reference_eaten or move > 2 * reference_move:
                 reference_move = move
                 reference_state = state
@@ -339,8 +342,8 @@ def _visit_environment(
 
 @compiled
 def _read_action(layers: Layers, values: Any) -> int:
-    """Return the action from its two bits. A bit is 1 if its output is above 1/2."""
-    # The outputs follow the inputs and the hidden units. The first two are the action.
+    """Return the code of the action. Its two bits are 1 if the first two outputs are above 1/2."""
+    # The order of `values` is: inputs, hidden units, outputs.
     first_output = N_INPUTS + layers.hidden
     return 2 * int(values[first_output] > HALF) + int(values[first_output + 1] > HALF)
 
@@ -351,7 +354,8 @@ def _learn(
 ) -> None:
     """Change the weights of the action module in one step of learning.
 
-    `units.targets` has the next sensation: the angle and the distance of the nearest food.
+    Before the call, `units.targets` must contain the angle and the distance of the nearest food
+    after the move. A teacher or noise overwrites these targets.
     """
     layers = settings.layers
     if settings.target == INHERITED_TEACHER:
@@ -364,7 +368,7 @@ def _learn(
     elif settings.target == NEXT_SENSATION:
         backpropagate(layers, modules.action, units, N_ACTION_OUTPUTS)
     elif settings.target == NOISE:
-        # The last draws of the environment are not used for food.
+        # Noise counts backward from the last draw, because food uses the first draws.
         words = draw_words(visit, DRAWS_PER_ENVIRONMENT - 1 - move)
         units.targets[0] = unit(words[0])
         units.targets[1] = unit(words[1])

@@ -1,26 +1,26 @@
-"""The model of foragers on a grid, which learn from a teacher or from additional outputs.
+"""Model of foragers on a grid that learn from a teacher or from additional outputs.
 
     baldwinlab reproduce nolfi-parisi-1993
 
-A grid of 10 by 10 cells has ten items of food and a single agent. An agent eats an item by entering
-its cell. The four inputs are the angle of the nearest item relative to the heading, the distance of
-this item, and the two bits of the next action. From these inputs, the network computes the action
-that follows the next action: stay (00), turn right (01), turn left (10) or go ahead (11). A
-lifetime has several environments with a number of steps each. Fitness is the mean food per
+An environment is a grid of 10 by 10 cells with ten food items and a single agent. The agent eats an
+item when it enters the cell of the item. The four inputs are the angle of the nearest item relative
+to the heading, the distance of this item, and the two bits of the next action. From these inputs,
+the network computes the action after the next action: stay (00), turn right (01), turn left (10) or
+go ahead (11). A lifetime has several environments. Fitness is the mean number of eaten items per
 environment.
 
 The setting `learning` selects the targets of learning:
 
 - none;
-- `auto-teaching`: the outputs of an inherited teaching module, for the outputs of the action;
-- `prediction`: the next angle and distance, for two additional outputs;
-- `random-targets`: random numbers, for the two additional outputs, as a control.
+- `auto-teaching`: outputs of an inherited teaching module are the targets of the action outputs;
+- `prediction`: the next angle and distance are the targets of two additional outputs;
+- `random-targets`: random numbers are the targets of two additional outputs, as a control.
 
-The world, the lifetimes, the evolution and the prediction follow Nolfi et al. 1994. The numbers of
-both papers are from memory. Our choices are as follows: a move off the grid has no effect; an agent
-begins in any cell with any heading; without food, the angle is 0 and the distance is 1.
+World, lifetimes, evolution and prediction follow Nolfi et al. 1994. The constants of both papers
+are from memory. Our choices are as follows: a move off the grid has no effect; an agent begins in
+any cell with any heading; without food, the angle is 0 and the distance is 1.
 
-The module `cell_forager_lifetimes` simulates the environments of agents.
+The module `cell_forager_lifetimes` simulates the lifetimes.
 
 References
 ----------
@@ -57,7 +57,7 @@ TARGET_OF_LEARNING: Final = {
     "prediction": lifetimes.NEXT_SENSATION,
     "random-targets": lifetimes.NOISE,
 }
-# Number of equal periods of a lifetime. The gain compares the last period with the first period.
+# Number of equal periods of a lifetime. The record `gain` compares the last and the first period.
 N_PERIODS: Final = 6
 # Number of outputs for the targets of prediction, or for random targets.
 N_ADDITIONAL_OUTPUTS: Final = 2
@@ -66,7 +66,7 @@ MAX_SHOWN_MOVES: Final = 20_000
 
 
 def _view_lifetime(model: CellForagers, key: Any, genomes: kit.Genomes, agent: int) -> GridView:
-    """Return the moves of an agent in its first environments, one frame per step."""
+    """Return the moves of an agent in the first environments, one frame per step."""
     max_environments = max(1, MAX_SHOWN_MOVES // model.steps_per_environment)
     environments = min(model.environments, max_environments)
     results = model.forage(
@@ -86,8 +86,9 @@ def _view_lifetime(model: CellForagers, key: Any, genomes: kit.Genomes, agent: i
         contents[environment][:, results.food[environment]] = 1
         for step, cell in enumerate(results.track[environment, :, 0]):
             gained[environment, step:] += contents[environment, step, cell]
+            # Food in this cell is eaten, and is missing from this step on.
             contents[environment, step:, cell] = 0
-    # The environments follow each other.
+    # The frames of the second environment follow those of the first environment.
     cells, heading = results.track.reshape(-1, 2).T
     return GridView(
         cell_colors={"food": "green"},
@@ -225,7 +226,11 @@ class CellForagers(Model, name="cell-foragers"):
         environments: int,
         n_recorded: int,
     ) -> lifetimes.ForagingResults:
-        """Simulate environments of the agents from number `first_agent` on."""
+        """Simulate environments of the agents of `genomes`.
+
+        `first_agent`: index in the population of the first of these agents. `n_recorded`: number of
+        last environments with a recorded path.
+        """
         n_units = lifetimes.N_INPUTS + self.hidden_units + self.outputs
         target = TARGET_OF_LEARNING[self.learning] if self.learns else lifetimes.NO_TARGET
         settings = lifetimes.ForagingSettings(
@@ -286,8 +291,9 @@ class FewMutations(Variation, name="few-mutations"):
                 child[module, weight] = (
                     fitter[module, weight] if mating.gate < 0.5 else second[module, weight]
                 )
+        # `draws` has one row per weight, which limits the number of mutations.
         for mutation in range(min(part.mutations, mating.draws.shape[0])):
-            # A position in the list of the weights of all modules.
+            # Index of a weight in the list of the weights of all modules.
             position = int(mating.draws[mutation, 1] * child.size)
             module = position // child.shape[1]
             weight = position % child.shape[1]

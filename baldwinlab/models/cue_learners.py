@@ -1,19 +1,21 @@
-"""The model of agents that learn which color means food, with smell as a noisy teacher.
+"""Model of agents that learn which color means food, with smell as a noisy teacher.
 
     baldwinlab reproduce todd-miller-1991
 
-An agent is in one of two patches. In one patch, red is food and green is poison; in the other it is
-the reverse. Items arrive one by one. An item is food with probability 1/2. Food smells sweet, and
-poison smells sour, with the probability `cue_accuracy`. An agent eats an item or passes. It gets no
-feedback: only selection depends on the eaten items.
+An agent is in one of two patches. In one patch, red items are food and green items are poison. In
+the other patch, green items are food and red items are poison. An agent meets one item after
+another. An item is food with probability 1/2. Food smells sweet, and poison smells sour, with the
+probability `cue_accuracy`. The agent eats an item or passes. No input depends on the eaten items,
+so only selection rewards the choice.
 
 A network has a few units. A unit is a sensor of red, green, sweet or sour, a hidden unit or the
 motor unit. Values are 1 or -1. The agent eats if the input of the motor unit is above 0. A link is
-fixed or Hebbian. A Hebbian link changes by `learning_rate` times the product of the values at its
-two ends, within [-1, 1]. Therefore, a fixed link from smell can train a Hebbian link from color.
+fixed or Hebbian. A Hebbian link changes by `learning_rate` times the product of the values of its
+source and target. Its strength stays within [-1, 1]. Therefore, a fixed link from smell can train a
+Hebbian link from color.
 
-The idea, the patches and the few units follow Todd and Miller 1991, the rule follows Hebb 1949. The
-constants of the paper are not known, so the constants here are our choice.
+Idea, patches and units follow Todd and Miller 1991, the rule follows Hebb 1949. The constants are
+our choice.
 
 References
 ----------
@@ -58,10 +60,10 @@ N_STRENGTHS: Final = 5
 
 @compiled
 def draw_allele(gene: int, n_units: int, draw: float) -> Any:
-    """Return the allele of a gene for a uniform number `draw`.
+    """Return a random allele of the gene with the index `gene`. `draw` is uniform in (0, 1).
 
     The genes are the kinds of the units (0 to 5), then the strengths of the links (-1 to 1), then
-    the Hebbian flags of the links (0 or 1).
+    the Hebbian flags of the links (0: fixed, 1: Hebbian).
     """
     if gene < n_units:
         return np.float32(int(N_KINDS * draw))
@@ -103,14 +105,14 @@ class OnePointOfUnits(DiscreteVariation, name="one-point-of-units"):
                 child[0, gene] = draw_allele(gene, part.units, mating.draws[gene, 2])
 
 
-# Kinds of units.
+# Kinds of units. Hidden and motor units are last, because `_learn` tests kind >= HIDDEN.
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)
-# Kind of an unused unit.
+# Kind of an unused unit: a second motor unit.
 NO_KIND: Final = -1
 
 
 class LifetimeSettings(NamedTuple):
-    """Settings that all agents of a generation share."""
+    """Settings that are the same for all agents of a generation."""
 
     seed: int
     generation: int
@@ -121,7 +123,7 @@ class LifetimeSettings(NamedTuple):
 
 
 class Units(NamedTuple):
-    """Kind and value of each unit of a network. The arrays are scratch, used for each agent."""
+    """Kind [unit] and value [unit] of the units of a network: scratch for one agent at a time."""
 
     kinds: npt.NDArray[np.int64]
     values: npt.NDArray[np.float32]
@@ -130,10 +132,9 @@ class Units(NamedTuple):
 class CueResults(NamedTuple):
     """Results of lifetimes, as arrays [run, agent]."""
 
-    # Food minus poison.
+    # Number of eaten food items minus number of eaten poison items.
     eaten: npt.NDArray[np.float64]
-    # Midpoint between two gains: of an agent that eats by smell, and of an agent that eats by
-    # color.
+    # Mean of the differences of two agents: one eats by color, the other eats by smell.
     midpoint: npt.NDArray[np.float64]
     # 1 if the agent eats by color at death, else 0.
     by_color: npt.NDArray[np.int32]
@@ -145,11 +146,12 @@ class CueResults(NamedTuple):
 def simulate_lifetimes(
     settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
 ) -> None:
-    """Simulate lifetimes, fill their results, and change the link strengths of learning agents."""
+    """Simulate lifetimes, fill `results`, and change link strengths in `genomes` by learning."""
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]
             _read_kinds(genome, units)
+            # Draw 0 selects the patch.
             word = philox(0, agent, settings.generation, LIFE, settings.seed, runs[run])[0]
             # 1 if red is food in the patch of the agent, -1 if green is food.
             patch = ONE if unit(word) < HALF else -ONE
@@ -158,9 +160,8 @@ def simulate_lifetimes(
             color_gain = ZERO
             smell_gain = ZERO
             for item in range(settings.items):
-                # One call of the generator gives the numbers of two items.
+                # A draw has four random words. An item needs two, for its content and its smell.
                 if item % 2 == 0:
-                    # Draw 0 selects the patch.
                     draw_index = 1 + item // 2
                     food_word, smell_word, next_food_word, next_smell_word = philox(
                         draw_index, agent, settings.generation, LIFE, settings.seed, runs[run]
@@ -184,7 +185,7 @@ def simulate_lifetimes(
 
 @compiled
 def _read_kinds(genome: Any, units: Units) -> None:
-    """Fill the kinds of the units. Only the first motor unit of a genome is used."""
+    """Fill `units.kinds`. Further motor units after the first motor unit become `NO_KIND`."""
     has_motor = False
     for unit_number in range(units.kinds.size):
         kind = int(genome[unit_number])
@@ -195,9 +196,9 @@ def _read_kinds(genome: Any, units: Units) -> None:
 
 @compiled
 def _eats(genome: Any, units: Units, red: Any, sweet: Any) -> bool:
-    """Return whether an agent eats an item, and fill the values of its units.
+    """Return whether an agent eats an item, and fill `units.values`.
 
-    `red` and `sweet` are 1 or -1.
+    `red`: 1 for red, -1 for green. `sweet`: 1 for sweet, -1 for sour.
     """
     for unit_number in range(units.kinds.size):
         kind = units.kinds[unit_number]
@@ -229,7 +230,7 @@ def _activate(genome: Any, units: Units, target: Any) -> Any:
     n_units = units.values.size
     for source in range(n_units):
         if source != target:
-            # The strengths of links follow the kinds of units.
+            # In a genome, the strengths of links come after the kinds of units.
             link = n_units + target * n_units + source
             total += genome[link] * units.values[source]
     return ONE if total > ZERO else -ONE
@@ -237,13 +238,13 @@ def _activate(genome: Any, units: Units, target: Any) -> Any:
 
 @compiled
 def _learn(genome: Any, units: Units, rate: Any) -> None:
-    """Update the Hebbian links of hidden and motor units by the values at their two ends."""
+    """Change the strength of each Hebbian link to a hidden unit or to the motor unit."""
     n_units = units.values.size
     for target in range(n_units):
         if units.kinds[target] >= HIDDEN:
             for source in range(n_units):
                 link = n_units + target * n_units + source
-                # The Hebbian flags follow the strengths, in the same order.
+                # The flag of a link is `n_units`^2 genes after the strength of the link.
                 is_hebbian = genome[link + n_units * n_units] > ZERO
                 if source != target and is_hebbian:
                     strength = genome[link] + rate * units.values[target] * units.values[source]
@@ -252,10 +253,10 @@ def _learn(genome: Any, units: Units, rate: Any) -> None:
 
 @compiled
 def _eats_by_color(genome: Any, units: Units, patch: Any) -> int:
-    """Return 1 if an agent with its current weights eats by color, independent of smell, else 0.
+    """Return 1 if an agent with the current strengths eats by color, independent of smell, else 0.
 
-    The agent must eat all items with the color of food in its patch, and no other items. All
-    combinations of color and smell are tested.
+    The function tests the four combinations of color and smell. The agent must eat exactly the
+    items with the color of food in the patch. `patch`: 1 if red is food, -1 if green is food.
     """
     is_correct = True
     for color in range(2):
@@ -273,13 +274,13 @@ def _restricted_time(condition: xr.DataArray) -> xr.DataArray:
 
 
 def _time_to_midpoint(runs: xr.Dataset) -> xr.DataArray:
-    """Return the first generation whose average agent is above the midpoint."""
+    """Return the first generation in which the mean of the record `beyond` is above 0."""
     return _restricted_time(runs["beyond"].astype(np.float64).mean("agent") > 0)
 
 
 def _time_to_half(runs: xr.Dataset) -> xr.DataArray:
-    """Return the first generation in which half of the agents learn to eat by color."""
-    # Agents that eat by color at death but not at birth.
+    """Return the first generation in which at least half of the agents learn to eat by color."""
+    # 1 for agents that eat by color at death and not at birth.
     has_learned = runs["by_colour"] * (1 - runs["born_so"])
     return _restricted_time(has_learned.mean("agent") >= 0.5)
 
@@ -338,7 +339,7 @@ class CueLearners(Model, name="cue-learners"):
     def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.
 
-        The links are ordered by their target, then by their source.
+        Links are ordered by target unit, then by source unit.
         """
         return self.units + 2 * self.units**2
 
@@ -353,7 +354,7 @@ class CueLearners(Model, name="cue-learners"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         shape = genomes.shape[:2]
-        # [run, agent, gene]: link strengths change in place.
+        # [run, agent, gene]: learning changes the link strengths in place.
         learned = genomes[:, :, 0].copy()
         settings = LifetimeSettings(
             seed=seed,

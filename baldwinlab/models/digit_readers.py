@@ -1,14 +1,14 @@
-"""The model of networks that learn to classify digits, with few or many trials during life.
+"""Model of networks that learn to classify digits, with few or many trials during life.
 
     baldwinlab reproduce keesing-stork-1991
 
-A digit has 5 by 7 pixels. Each pixel is inverted with the probability `noise`. A genome has the
-weights of a network of logistic units: 35 pixels, hidden units and ten outputs. A weight has 16
-levels from -2 to 2, which is four bits. During life, a network is trained on digits from a set of a
-hundred, by gradient descent on the squared error. Then it is tested on a hundred other digits. Both
-sets are the same for all agents of a run. Fitness is the share of digits that are classified
-correctly. All networks have the same number of trials, or each has a random number between zero and
-twice the mean.
+An image of a digit has 5 by 7 pixels. Each pixel is inverted with the probability `noise`. A genome
+has the weights of a network of logistic units: 35 pixels, hidden units and ten outputs. A weight
+has 16 levels from -2 to 2 (four bits). During life, a network is trained on random images of the
+training set, by gradient descent on the squared error. Then the network is tested on all images of
+the test set. Each set has `tests_per_digit` images of each digit, and is the same for all agents of
+a run. Fitness is the fraction of test images that are classified correctly. The number of training
+trials is the same for all networks, or a random number from 0 to twice the mean.
 
 Reproduction follows the patent of Keesing and Stork. The digits, sizes and rates are our choice.
 
@@ -40,7 +40,7 @@ from baldwinlab.parts import LIFE, Field, LifeResults, Model, Variable, philox, 
 # Number of pixels of an image, 5 by 7.
 N_PIXELS = 35
 N_DIGITS = 10
-# The training set and the test set.
+# Number of sets of images: the training set and the test set.
 N_SETS: Final = 2
 # Images of the digits 0 to 9.
 BITMAPS: Final = """
@@ -55,8 +55,8 @@ BITMAPS: Final = """
 
 
 def read_bitmaps() -> npt.NDArray[np.float32]:
-    """Return the ten digits as an array [digit, pixel], where 1 is ink."""
-    # [row of the image][digit]: the text of five pixels.
+    """Return the ten digits as an array [digit, pixel]. 1 is ink, 0 is background."""
+    # `rows[row][digit]` has five characters, for example ".###.".
     rows = [line.split() for line in BITMAPS.strip().splitlines()]
     images = [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(N_DIGITS)]
     return np.array(images, np.float32)
@@ -66,23 +66,23 @@ def read_bitmaps() -> npt.NDArray[np.float32]:
 def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArray[np.float32]:
     """Draw the training set and the test set of a run.
 
-    `copies`: number of images per digit in each set. Returns (2, 10 * copies, 35): training set and
-    test set, ordered by digit. The array is read-only.
+    `copies`: number of images per digit in each set. Returns (2, 10 * copies, 35): the training
+    set, then the test set, each with all images of digit 0 first. The array is read-only.
     """
     n_images = N_SETS * N_DIGITS * copies
-    # [image, pixel]: the first of four numbers.
+    # [image, pixel].
     draws = kit.draw_environment(seed, run, (n_images, N_PIXELS))[:, :, 0]
     is_inverted = draws < noise
     clean_set = np.repeat(read_bitmaps(), copies, axis=0)
     clean_images = np.tile(clean_set, (N_SETS, 1))
     images = np.abs(clean_images - is_inverted).astype(np.float32)
-    # The array is cached.
+    # All callers get the same cached array, so a caller must not change it.
     images.flags.writeable = False
     return images.reshape(N_SETS, N_DIGITS * copies, N_PIXELS)
 
 
 class TrainingSettings(NamedTuple):
-    """Settings that all agents of a run share."""
+    """Settings that are the same for all agents of a run."""
 
     seed: int
     run: int
@@ -91,7 +91,7 @@ class TrainingSettings(NamedTuple):
     mean_trials: int
     # Whether all agents have the same number of trials.
     has_equal_trials: bool
-    # Whether all outputs must be on the correct side of 1/2.
+    # Whether a correct answer needs all ten outputs on the correct side of 1/2.
     requires_all_outputs: bool
     learning_rate: np.float32
 
@@ -99,11 +99,11 @@ class TrainingSettings(NamedTuple):
 class TrainingResults(NamedTuple):
     """Results of the agents of a run."""
 
-    # float32 [agent, weight]: trained in place.
+    # [agent, weight]: training changes the weights in place.
     weights: npt.NDArray[np.float32]
-    # int32 [agent]: number of trials.
+    # [agent]: number of trials.
     n_trials: npt.NDArray[np.int32]
-    # int32 [agent, 2]: number of wrong answers before and after the training.
+    # [agent, 2]: number of wrong answers before the training (0) and after the training (1).
     n_wrong: npt.NDArray[np.int32]
 
 
@@ -118,8 +118,8 @@ def train_and_test(
     """Train all agents of a run, and test them before and after the training.
 
     - `training_set`, `test_set` (digits * copies, pixels): images, ordered by digit.
-    - `scratch` (3, units): scratch: activations of hidden units, outputs, and errors of outputs.
-    - `results`: output. `weights` must have the weights at birth.
+    - `scratch` (3, units): rows for activations of hidden units, outputs, and errors of outputs.
+    - `results`: output. Before the call, `weights` must contain the weights at birth.
     """
     seed = settings.seed
     run = settings.run
@@ -143,7 +143,7 @@ def train_and_test(
             word = philox(1 + trial, agent, generation, LIFE, seed, run)[0]
             image = int(unit(word) * n_images)
             pixels = training_set[image]
-            # Images are ordered by digit.
+            # Each digit has `copies` successive images.
             digit_shown = image // copies
             _forward(pixels, weights, n_hidden, hidden_values, outputs)
             _compute_output_errors(settings.learning_rate, digit_shown, outputs, errors)
@@ -160,15 +160,15 @@ def train_and_test(
 def _count_wrong(
     settings: TrainingSettings, test_set: Any, weights: Any, hidden_values: Any, outputs: Any
 ) -> int:
-    """Return the number of wrong answers.
+    """Return the number of test images with a wrong answer.
 
-    An answer is wrong if another output is the largest. If `requires_all_outputs`, an answer is
-    wrong if any output is on the wrong side of 1/2.
+    By default, an answer is wrong if the output of another digit is the largest. With
+    `requires_all_outputs`, an answer is wrong if any output is on the wrong side of 1/2.
     """
     copies = test_set.shape[0] // N_DIGITS
     n_wrong = 0
     for image in range(test_set.shape[0]):
-        # Images are ordered by digit.
+        # Each digit has `copies` successive images.
         digit_shown = image // copies
         _forward(test_set[image], weights, settings.n_hidden, hidden_values, outputs)
         strongest = 0
@@ -212,9 +212,10 @@ def _forward(pixels: Any, weights: Any, n_hidden: int, hidden_values: Any, outpu
 
 @compiled
 def _compute_output_errors(rate: Any, digit_shown: Any, outputs: Any, errors: Any) -> None:
-    """Fill `errors` [digit] with `rate` times the gradient of half the squared error.
+    """Fill `errors` [digit] with `rate` times the derivative of half the squared error.
 
-    The target is 1 for the output of the digit `digit_shown`, and 0 for the other outputs.
+    The derivative is over the input of each output unit. The target is 1 for the output of
+    `digit_shown`, and 0 for the other outputs.
     """
     for digit in range(N_DIGITS):
         output = outputs[digit]
@@ -226,7 +227,7 @@ def _compute_output_errors(rate: Any, digit_shown: Any, outputs: Any, errors: An
 def _update_weights(
     pixels: Any, weights: Any, n_hidden: int, hidden_values: Any, errors: Any
 ) -> None:
-    """Do one step of gradient descent. The errors of hidden units replace `hidden_values`."""
+    """Do one step of gradient descent. The errors of hidden units overwrite `hidden_values`."""
     hidden_biases = N_PIXELS * n_hidden
     output_weights = hidden_biases + n_hidden
     output_biases = output_weights + n_hidden * N_DIGITS
@@ -319,7 +320,7 @@ class DigitReaders(Model, name="digit-readers"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         n_runs, n_agents = genomes.shape[:2]
-        # [run, agent, weight]: trained in place.
+        # [run, agent, weight]: training changes the weights in place.
         weights = genomes[:, :, 0].copy()
         n_trials = poison.empty((n_runs, n_agents), np.int32)
         # [run, agent, 2]: before and after the training.

@@ -1,4 +1,4 @@
-"""Variation operators of discrete genes: bits, and the alleles 0, 1 and ?."""
+"""Variation operators of discrete genes: bits, the alleles 0, 1 and ?, and four-bit weights."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class OnePointOfBits(DiscreteVariation, name="one-point-bits"):
         child = mating.child
         n_modules = child.shape[0]
         module_size = child.shape[1]
-        # The cut is a position in the list of the genes of all modules.
+        # The cut is an index in the list of the genes of all modules.
         cut = draw_cut(mating.gate, child.size)
         for module in range(n_modules):
             for bit in range(module_size):
@@ -83,12 +83,12 @@ class OnePointOfAlleles(DiscreteVariation, name="one-point-alleles"):
         ),
     )
     derived = {
-        # Three times the share of 0, because `vary` draws a number from (0, 3).
+        # Three times the probability of 0, because `vary` compares it with a number in (0, 3).
         "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
     }
 
     def zero_share(self, experiment: Any) -> float:
-        """Return the share of 0 among mutated alleles. It equals the share of 1."""
+        """Return the probability that a mutated allele is 0. The probability of 1 is the same."""
         if self.mutation_law == "founders":
             return float((1 - experiment.model_part.initial_unset_share) / 2)
         return 1 / 3
@@ -109,7 +109,7 @@ class OnePointOfAlleles(DiscreteVariation, name="one-point-alleles"):
         fitter = mating.fitter
         second = mating.second
         child = mating.child
-        # The cut is a position in the list of the genes of all modules.
+        # The cut is an index in the list of the genes of all modules.
         cut = draw_cut(mating.gate, child.size)
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
@@ -120,13 +120,13 @@ class OnePointOfAlleles(DiscreteVariation, name="one-point-alleles"):
                     draw = 3.0 * mating.draws[gene, 2]
                     is_not_zero = draw >= part.three_zero_shares
                     is_one = draw >= 3.0 - part.three_zero_shares
-                    # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
+                    # `n_halves` is 0, 1 or 2, so the allele is 0, ? (0.5) or 1.
                     n_halves = int(is_not_zero) + int(is_one)
                     child[module, locus] = np.float32(n_halves) * np.float32(UNSET_ALLELE)
 
 
 BITS_PER_WEIGHT: Final = 4
-# Number of levels of a weight.
+# Number of possible values of a weight.
 N_LEVELS: Final = 2**BITS_PER_WEIGHT
 MAX_WEIGHT: Final = np.float32(2)
 # Difference between two successive levels.
@@ -157,13 +157,13 @@ class FourBitWeights(DiscreteVariation, name="four-bit-weights"):
         module_size = child.shape[1]
         n_weights = child.size
         is_crossed = mating.gate < part.crossover_share
-        # A uniform number in (0, 1), with or without crossover.
+        # Rescale the random number `gate`, so that it is uniform in (0, 1) in both cases.
         position = (
             mating.gate / part.crossover_share
             if is_crossed
             else (mating.gate - part.crossover_share) / (1.0 - part.crossover_share)
         )
-        # Number of a combination of a cut and of the parent of the first weights.
+        # Index of a pair: a cut (half of the index) and the parent of the first weights (parity).
         combination = int(position * 2 * (n_weights - 1))
         cut = 1 + combination // 2 if is_crossed else n_weights
         starts_with_fitter = combination % 2 == 0
@@ -179,13 +179,13 @@ class FourBitWeights(DiscreteVariation, name="four-bit-weights"):
 
 @compiled
 def _flip_bits(weight: Any, draws: Any, rate: float) -> Any:
-    """Return a weight after the mutation of its four bits, each with one of four `draws`."""
+    """Return a weight after mutation. Bit i of the weight flips if `draws[i]` is below `rate`."""
     flipped_bits = 0
     for bit in range(BITS_PER_WEIGHT):
         flipped_bits += (1 << bit) if draws[bit] < rate else 0
     if flipped_bits == 0:
         return weight
-    # The addition of 1/2 rounds to the nearest level.
+    # The conversion to an integer rounds down, so 1/2 is added to get the nearest level.
     rounded = (weight + MAX_WEIGHT) / LEVEL_STEP + HALF
     level = int(min(max(rounded, ZERO), MAX_LEVEL)) ^ flipped_bits
     return np.float32(level) * LEVEL_STEP - MAX_WEIGHT

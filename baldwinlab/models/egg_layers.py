@@ -2,17 +2,18 @@
 
     baldwinlab reproduce mery-kawecki-2004
 
-A genome is one number x, the innate preference for the right medium on the logit scale. A fly lays
-the share p(x) = 1 / (1 + exp(-x)) of its eggs on the right medium, and only these eggs count.
-Earlier in life, the wrong medium contains quinine. A fly that learns raises its preference by d(x),
-so its fitness is p(x + d).
+A genome has one gene x, the innate preference for the right medium on the logit scale. A fly lays
+the fraction p(x) = 1 / (1 + exp(-x)) of its eggs on the right medium. Only these eggs count. Before
+a fly lays eggs, the wrong medium contains bitter quinine. Learning from the taste raises the
+preference from x to x + d(x). Fitness is the fraction p(x + d) of eggs on the right medium.
 
 The gain of learning is g(x) = p(x + d) / p(x). Learning speeds the evolution of the innate
-preference where log g rises with x. Its slope is (1 - p(x + d)) (1 + d'(x)) - (1 - p(x)).
+preference where log g rises with x, and slows the evolution where log g falls. The slope of log g
+over x is (1 - p(x + d)) (1 + d'(x)) - (1 - p(x)).
 
-The paper gives no learning function. In the standard variant, a fly must visit both media to learn
-that they differ: d is in proportion to the probability 2 p (1 - p) of two different visits.
-Population size, variance, initial preference and learning shift are our choice.
+The paper gives no learning function. By default (`both-media`), a fly must visit both media to
+learn that they differ. Therefore, d is proportional to 2 p (1 - p), the probability that two visits
+are to different media. Population size, variance, initial preference and `learning_shift` are ours.
 
 References
 ----------
@@ -34,7 +35,7 @@ from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def choose_medium(preference: kit.Numbers) -> kit.Numbers:
-    """Return the share p(x) = 1 / (1 + exp(-x)) of eggs on the right medium."""
+    """Return the fraction p(x) = 1 / (1 + exp(-x)) of eggs on the right medium, for any shape."""
     share: kit.Numbers = 1 / (1 + kit.exponentiate(-preference))
     return share
 
@@ -128,9 +129,9 @@ class EggLayers(Model, name="egg-layers"):
         return self.make_results(fitness, records, learned=learned_preference[:, :, None])
 
     def learn(self, innate_share: kit.Numbers) -> tuple[kit.Numbers, kit.Numbers]:
-        """Return the learned shift d and its slope d' over the preference, for shares p."""
+        """Return the learned shift d and its derivative d' over x, for `innate_share` p(x)."""
         wrong_share = 1 - innate_share
-        # The slope of p over the preference.
+        # The derivative of p over x is p (1 - p).
         share_slope = innate_share * wrong_share
         if self.experience == "both-media":
             shift = 4 * share_slope

@@ -1,14 +1,14 @@
-"""Senses, networks, learning, actions and reproduction of an agent.
+"""Senses, networks, learning, actions and reproduction of an agent of `erl_populations.py`.
 
-A genome has 336 bits: 84 weights of four bits each. The first 28 weights are those of the
-evaluation network, the other 56 are those of the action network. The evaluation network computes a
-number from the inputs. If this number is larger than in the previous step, the last action becomes
-more likely, otherwise less likely (complementary reinforcement backpropagation, CRBP). Learned
-weights are not inherited.
+A genome has 336 bits: 84 weights of four bits each. The evaluation network has the first 28
+weights, the action network has the other 56. The evaluation network computes an evaluation from the
+inputs, in (0, 1). If the evaluation rises from one step to the next, the previous action becomes
+more likely. If it falls, the opposite action becomes more likely (complementary reinforcement
+backpropagation, CRBP). Learned weights are not inherited.
 
-From memory are the inputs, the networks and the bits. Our choices are the range of a weight and the
-interactions between agents. The mate is the nearest agent within ten cells. Crossover has two cuts.
-An agent has no child if no cell next to it is empty.
+The inputs, the networks and the bits are from memory. The range of a weight and the interactions
+between agents are our choice: the mate is the nearest agent within ten cells, crossover has two
+cuts, and an agent has no child if no neighboring cell is empty.
 
 References
 ----------
@@ -49,12 +49,12 @@ from baldwinlab.models.erl_world import (
 # Number of inputs: six kinds of cells in four directions, health, energy, whether the agent is in a
 # tree, and a bias.
 N_INPUTS = 4 * N_SENSED_KINDS + 4
-# Indices of the inputs that are no cells.
+# Indices of the inputs that do not sense cells.
 HEALTH_INPUT, ENERGY_INPUT, TREE_INPUT, BIAS_INPUT = range(4 * N_SENSED_KINDS, N_INPUTS)
 N_OUTPUTS = 2
 BITS_PER_WEIGHT: Final = 4
 N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
-# In cells.
+# Maximum distance of a mate, in cells.
 MAX_MATE_DISTANCE: Final = 10
 
 
@@ -62,9 +62,9 @@ MAX_MATE_DISTANCE: Final = 10
 def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
     """Fill `inputs` [input].
 
-    The first inputs are the nearness of the nearest cell of each kind in each direction. Nearness
-    is 1 for a neighboring cell, 0.5 at the limit of sight, and 0 if no cell of the kind is in
-    sight.
+    The first inputs [direction, kind] are the nearness of the nearest cell of each kind. Nearness
+    is 1 for a neighboring cell, 0.5 for a cell at the distance `AGENT_SIGHT`, and 0 if no cell of
+    the kind is in sight. A wall blocks the sight.
     """
     for number in range(N_INPUTS):
         inputs[number] = ZERO
@@ -77,6 +77,7 @@ def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
                 kind = int(world.kind[cell])
                 is_blocked = kind == WALL
                 number = direction * N_SENSED_KINDS + kind
+                # A nearer cell of this kind has already set the input.
                 if kind != EMPTY and inputs[number] == ZERO:
                     inputs[number] = np.float32(1.0 - distance / (2.0 * (AGENT_SIGHT - 1)))
     is_in_tree = world.kind[world.position[agent]] == TREE
@@ -88,7 +89,7 @@ def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
 
 @compiled
 def activate(weights: Any, inputs: Any) -> Any:
-    """Compute the activation of one output, in (0, 1)."""
+    """Compute the activation of one output, in (0, 1), from its weights [input] and `inputs`."""
     total = ZERO
     for number in range(N_INPUTS):
         total += weights[number] * inputs[number]
@@ -97,10 +98,10 @@ def activate(weights: Any, inputs: Any) -> Any:
 
 @compiled
 def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any) -> None:
-    """Do one step of CRBP for one output.
+    """Change the weights [input] of one output by one step of CRBP.
 
-    After an improvement, the target is `action`, the last action of the output: 0 or 1. Otherwise
-    the target is the opposite action.
+    `inputs` and `action` (0 or 1) are those of the previous step. If the evaluation has risen
+    (`is_better`), the target is `action`, otherwise the opposite action.
     """
     activation = activate(weights, inputs)
     target = np.float32(action) if is_better else ONE - np.float32(action)
@@ -111,10 +112,7 @@ def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any
 
 @compiled
 def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
-    """Simulate one step of an agent: sense, learn from the last action, choose an action, and act.
-
-    `inputs` is scratch.
-    """
+    """Sense, learn from the last action, choose an action, and act. `inputs` is scratch."""
     draws = draw_uniforms(world)
     if rules.walks:
         random_direction = int(draws[0] * np.float32(4))
@@ -142,7 +140,7 @@ def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
     for number in range(N_INPUTS):
         world.last_inputs[agent, number] = inputs[number]
     world.last_evaluation[agent] = evaluation
-    # The two binary outputs are the number of a direction.
+    # The two actions are the bits of a direction: 0 north, 1 east, 2 south, 3 west.
     direction = 2 * int(world.last_action[agent, 0]) + int(world.last_action[agent, 1])
     _move_or_attack(rules, world, agent, direction)
 
@@ -159,7 +157,7 @@ def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> 
         world.health[occupant] -= rules.attack_damage
     elif kind == CARNIVORE:
         world.carnivore_health[occupant] -= rules.attack_damage
-    # A tree is free if it has no occupant.
+    # A plant, a corpse, an empty cell or a tree without an occupant: the agent moves there.
     elif kind != TREE or occupant == NO_NUMBER:
         gain = 0.0
         if kind == PLANT:
@@ -177,7 +175,7 @@ def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> 
 
 @compiled
 def leave_cell(world: ErlWorld, agent: int) -> None:
-    """Remove the agent from its cell."""
+    """Remove the agent from its cell. A tree remains in the cell."""
     cell = world.position[agent]
     world.occupant[cell] = NO_NUMBER
     if world.kind[cell] == AGENT:
@@ -186,7 +184,7 @@ def leave_cell(world: ErlWorld, agent: int) -> None:
 
 @compiled
 def place_founders(rules: Any, world: ErlWorld, genomes: Any) -> None:
-    """Add the founders with the bits `genomes` [founder, bit] in random empty cells."""
+    """Add a founder for each genome [founder, bit], if a random empty cell is found."""
     for number in range(genomes.shape[0]):
         cell = draw_empty_cell(rules, world)
         if cell >= 0:
@@ -197,7 +195,7 @@ def place_founders(rules: Any, world: ErlWorld, genomes: Any) -> None:
 
 @compiled
 def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
-    """Add an agent in a cell. Its bits must be in the first unused row of `world.bits`."""
+    """Add an agent in a cell. The first unused row of `world.bits` must have its genome."""
     agent = world.counts[AGENTS]
     world.counts[AGENTS] += 1
     world.kind[cell] = AGENT
@@ -216,7 +214,7 @@ def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
 
 @compiled
 def decode_weight(rules: Any, bits: Any, number: int) -> Any:
-    """Return weight `number` from its four bits: one of 16 values in [-range, range]."""
+    """Return the weight with the index `number`: one of 16 values in [-range, range]."""
     value = 0
     for bit in range(BITS_PER_WEIGHT):
         value = 2 * value + int(bits[BITS_PER_WEIGHT * number + bit])
@@ -228,12 +226,13 @@ def decode_weight(rules: Any, bits: Any, number: int) -> Any:
 def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
     """Add a child next to an agent if the agent has enough energy and a neighboring cell is empty.
 
-    The parents are the agent and the nearest mate. Without a mate, the agent is the single parent.
+    The parents are the agent and the nearest mate. Without a mate, the agent is the only parent. If
+    the strategy does not inherit, the child has random bits.
     """
     child = world.counts[AGENTS]
     if world.energy[agent] < rules.reproduction_threshold or child == rules.max_agents:
         return
-    # The first empty cell of the four neighbors, from a random direction on.
+    # Take the first empty neighbor, clockwise from a random direction.
     cell = NO_NUMBER
     first_direction = int(draw_uniforms(world)[0] * np.float32(4))
     for turn in range(4):
@@ -244,6 +243,7 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
     if rules.inherits:
         _cross(rules, world, agent, _find_nearest_mate(rules, world, agent), child)
     else:
+        # A call draws four random numbers, for four bits.
         for first_bit in range(0, N_BITS, 4):
             draws = draw_uniforms(world)
             for number in range(4):
@@ -255,7 +255,7 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
 
 @compiled
 def _find_nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
-    """Return the nearest agent within the maximum distance, or the agent itself without mates."""
+    """Return the nearest other agent within `MAX_MATE_DISTANCE`, or `agent` if there is none."""
     mate = agent
     nearest_squared = MAX_MATE_DISTANCE * MAX_MATE_DISTANCE + 1
     x = world.position[agent] % rules.grid_size
@@ -279,7 +279,7 @@ def _cross(rules: Any, world: ErlWorld, first: int, second: int, child: int) -> 
     draws = draw_uniforms(world)
     cuts = int(draws[0] * np.float32(N_BITS + 1)), int(draws[1] * np.float32(N_BITS + 1))
     for first_bit in range(0, N_BITS, 4):
-        # A call draws the numbers of four bits.
+        # A call draws four random numbers, one per bit.
         draws_of_bits = draw_uniforms(world)
         for number in range(4):
             bit = first_bit + number
@@ -292,9 +292,10 @@ def _cross(rules: Any, world: ErlWorld, first: int, second: int, child: int) -> 
 def remove_dead_agents(world: ErlWorld) -> None:
     """Replace each agent without energy or health by a corpse.
 
-    An agent in a tree leaves no corpse. The last agent gets the number of the removed agent.
+    An agent in a tree leaves no corpse. The last agent moves to the row of the removed agent, so
+    that the rows in use remain the first rows.
     """
-    # The order is descending, because the last agent changes its number.
+    # The order is descending, so that the last agent has been checked before it changes its row.
     for agent in range(world.counts[AGENTS] - 1, -1, -1):
         if world.energy[agent] <= 0.0 or world.health[agent] <= 0.0:
             cell = world.position[agent]

@@ -1,21 +1,21 @@
-"""The model of evolutionary reinforcement learning (ERL), in a population without generations.
+"""Model of evolutionary reinforcement learning (ERL), in a population without generations.
 
     baldwinlab reproduce ackley-littman-1991
 
 An inherited evaluation network trains the action network of an agent. Births and deaths occur at
-any time, so there are no generations. Therefore, an entire population of this model has the role of
-an agent of the package. The genome of this agent has the bits of all founders. Its fitness is the
-number of steps that the population survives. Each run of a study simulates one population.
-Selection is part of the world: agents that collect energy have children.
+any time, so there are no generations. Therefore, the package treats an entire population as one
+agent: `genomes[run, population]` has the bits of all founders, and fitness is the number of steps
+that the population survives. By default, each run has one population. Selection is part of the
+world: agents that collect energy have children.
 
-The five strategies are: ERL evolves and learns; E only evolves; L learns, and each newborn has a
-random genome; F does neither, with random genomes; B moves at random. All other settings are the
-same for all strategies.
+The setting `strategy` is one of five. Agents of ERL evolve and learn. Agents of E only evolve.
+Agents of L learn, but each newborn has a random genome. Agents of F do not learn, and each newborn
+has a random genome. Agents of B move at random.
 
-The module `erl_world` has the cells, plants and carnivores, and `erl_agents` the senses, learning
-and reproduction of agents.
+The module `erl_world` has the cells, plants and carnivores. The module `erl_agents` has the senses,
+learning and reproduction of agents.
 
-The thresholds, damages and rates are not in the paper. They are settings here, with our defaults.
+The thresholds, damages and rates are not in the paper. Their defaults are our choice.
 
 References
 ----------
@@ -61,14 +61,14 @@ from baldwinlab.models.erl_world import (
 )
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
-# Indices of the totals: the number of births, and the sums over the steps of the numbers of agents
-# and of carnivores.
+# Indices of `totals`: number of births, sum over the steps of the number of living agents, sum over
+# the steps of the number of carnivores.
 BIRTHS, AGENT_STEPS, CARNIVORE_STEPS = range(3)
 N_TOTALS: Final = 3
 
 
 class Rules(NamedTuple):
-    """Numbers of a world for compiled code, from the settings and the strategy of the model."""
+    """Settings of the model for compiled code. The last three follow from the strategy."""
 
     grid_size: int
     max_agents: int
@@ -104,10 +104,10 @@ def simulate_population(
 ) -> int:
     """Simulate a population and return the number of steps that it survives.
 
-    - `world`: all its arrays are overwritten.
+    - `world`: overwritten.
     - `genomes` (founders, bits): bits of the founders.
     - `inputs` (inputs,): scratch.
-    - `totals` (3,): output, by `BIRTHS`, `AGENT_STEPS` and `CARNIVORE_STEPS`.
+    - `totals` (3,): output, in the order `BIRTHS`, `AGENT_STEPS` and `CARNIVORE_STEPS`.
     """
     init_world(rules, world)
     place_founders(rules, world, genomes)
@@ -282,17 +282,17 @@ class ErlPopulations(Model, name="erl-populations"):
         return self.initial_agents * N_BITS
 
     def founders(self, agents: int, key: Any) -> kit.Genomes:
-        """Draw the bits of all founders of each population, as one row per population."""
+        """Draw the bits of all founders of each population: [population, 1, bit]."""
         return kit.draw_bits(key, agents, self.n_weights())
 
     def rules(self) -> Rules:
-        """Return the numbers of the world for compiled code."""
+        """Return the settings for compiled code."""
         strategy = {
             "learns": self.learns,
             "inherits": self.strategy in ("ERL", "E"),
             "walks": self.strategy == "B",
         }
-        # These numbers are float32 in compiled code.
+        # Compiled code computes with these settings in float32.
         single_precision = {
             name: np.float32(getattr(self, name))
             for name in (
@@ -308,7 +308,7 @@ class ErlPopulations(Model, name="erl-populations"):
         return Rules(**settings | single_precision | strategy)
 
     def world(self, *key: int) -> ErlWorld:
-        """Allocate a world. `key` has four numbers: seed, run, generation and population."""
+        """Allocate a world. `key` has seed, run, generation and index of the population."""
         cells = self.grid_size * self.grid_size
         agents = self.max_agents
         carnivores = MAX_CARNIVORES
@@ -346,7 +346,7 @@ class ErlPopulations(Model, name="erl-populations"):
                 survived_steps[row, population] = simulate_population(
                     rules, world, founder_bits, self.max_steps, inputs, totals[row, population]
                 )
-        # A population without agents survives no step.
+        # If a population survives no step, a divisor of 1 prevents a division by zero.
         n_steps = np.maximum(1, survived_steps)
         records = {
             "extinct": survived_steps < self.max_steps,

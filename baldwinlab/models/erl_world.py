@@ -1,13 +1,14 @@
-"""World of cells with walls, plants, trees, corpses, and carnivores that follow a fixed rule.
+"""World of `erl_populations.py`: cells with walls, plants, trees, corpses and carnivores.
 
 All arrays of a world are allocated before the first step, because compiled code allocates no
-memory. Cells are numbered row by row, so the neighbors of cell c are c - 1, c + 1, c - `grid_size`
-and c + `grid_size`.
+memory. The index of a cell is row * `grid_size` + column, so the neighbors of cell c are c - 1,
+c + 1, c - `grid_size` and c + `grid_size`.
 
-From memory are the cells, the kinds, the sight of agents and carnivores, one additional carnivore
-every 200 steps, and a minimum of 50 plants. Our choices are as follows. Plants grow next to plants.
-A carnivore goes to the nearest agent or corpse in one of the four directions, destroys plants and
-eats corpses. It reproduces at full energy, and starves without food. Walls are only at the edges.
+The cells, the kinds, the sight of agents and carnivores, one additional carnivore every 200 steps,
+and a minimum of 50 plants are from memory. Our choices are as follows. Plants grow next to plants.
+A carnivore follows a fixed rule: it goes to the nearest agent or corpse in one of the four
+directions, destroys plants and eats corpses. A carnivore reproduces at full energy, and starves
+without food. Walls are only at the edges.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from baldwinlab.parts import LIFE, philox, unit
 WALL, PLANT, TREE, AGENT, CARNIVORE, CORPSE, EMPTY = range(7)
 # Number of kinds that agents sense. EMPTY is not sensed.
 N_SENSED_KINDS: Final = 6
-# Distance at which agents and carnivores see, in cells, in each of the four directions.
+# Largest distance at which agents and carnivores see a cell, in each of the four directions.
 AGENT_SIGHT = 4
 CARNIVORE_SIGHT = 6
 # Minimum number of plants after each step.
@@ -32,31 +33,31 @@ MIN_PLANTS = 50
 # Steps between two additional carnivores.
 CARNIVORE_INTERVAL = 200
 MAX_CARNIVORES = 200
-# Value that marks a missing cell or occupant.
+# Index of a missing cell or of a missing occupant.
 NO_NUMBER: Final = -1
 
-# Entries of `ErlWorld.counts`.
+# Indices of the entries of `ErlWorld.counts`.
 AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
 N_COUNTS: Final = 7
-# Energy of a carnivore at birth, and of its parent after the birth.
+# Energy of a newborn carnivore, and of the parent after the birth.
 INITIAL_CARNIVORE_ENERGY: Final = 0.5
 # Maximum number of draws for an empty cell.
 MAX_CELL_DRAWS: Final = 100
 
 
 class ErlWorld(NamedTuple):
-    """State of a world. Agents and carnivores use the first rows of their arrays."""
+    """State of a world. Living agents and carnivores use the first rows of the arrays."""
 
-    # [entry]: the numbers of agents, carnivores and plants; the number of random draws in this step
-    # (DRAWN); the number of the step; the numbers of births and of learning steps.
+    # [entry]: current numbers of agents, carnivores and plants; number of random draws in this step
+    # (DRAWN); step, from 1; total numbers of births and of learning steps.
     counts: npt.NDArray[np.int64]
-    # Seed, run, generation and number of the population.
+    # [4]: seed, run, generation and index of the population.
     key: npt.NDArray[np.int64]
-    # [cell]: content.
+    # [cell]: kind of the content, from WALL to EMPTY. A tree with an agent is a TREE.
     kind: npt.NDArray[np.int8]
-    # [cell]: number of the agent or carnivore, or -1.
+    # [cell]: row of the agent or carnivore in the cell, -1 for none.
     occupant: npt.NDArray[np.int32]
-    # [agent]: cell.
+    # [agent]: index of the cell.
     position: npt.NDArray[np.int64]
     # [agent]: energy, up to 1.
     energy: npt.NDArray[np.float64]
@@ -74,7 +75,7 @@ class ErlWorld(NamedTuple):
     last_evaluation: npt.NDArray[np.float32]
     # [agent, output]: action of the last step; -1 before the first step.
     last_action: npt.NDArray[np.int8]
-    # [carnivore]: cell.
+    # [carnivore]: index of the cell.
     carnivore_position: npt.NDArray[np.int64]
     # [carnivore]: energy, up to 1.
     carnivore_energy: npt.NDArray[np.float64]
@@ -84,13 +85,13 @@ class ErlWorld(NamedTuple):
 
 @compiled
 def draw_uniforms(world: ErlWorld) -> Any:
-    """Draw four uniform numbers in (0, 1), different ones in each call."""
+    """Draw four uniform random numbers in [0, 1). Each call draws other numbers."""
     world.counts[DRAWN] += 1
     seed = world.key[0]
     run = world.key[1]
     generation = world.key[2]
     population = world.key[3]
-    # Each population has its stream of random numbers.
+    # Different purposes give different populations independent random numbers.
     purpose = LIFE + (population << 16)
     words = philox(world.counts[DRAWN], world.counts[STEP], generation, purpose, seed, run)
     return unit(words[0]), unit(words[1]), unit(words[2]), unit(words[3])
@@ -98,7 +99,7 @@ def draw_uniforms(world: ErlWorld) -> Any:
 
 @compiled
 def neighbor_cell(rules: Any, cell: int, direction: int) -> Any:
-    """Return the neighbor of a cell in a direction: 0 north, 1 east, 2 south, 3 west."""
+    """Return the index of the next cell in a direction: 0 north, 1 east, 2 south, 3 west."""
     if direction == 0:
         return cell - rules.grid_size
     if direction == 1:
@@ -148,7 +149,7 @@ def init_world(rules: Any, world: ErlWorld) -> None:
 
 @compiled
 def add_plant(rules: Any, world: ErlWorld, cell: int) -> None:
-    """Add a plant in a cell if the cell is empty. `cell` can be -1."""
+    """Add a plant in a cell if the cell is empty. Do nothing if `cell` is -1."""
     if cell >= 0 and world.kind[cell] == EMPTY:
         world.kind[cell] = PLANT
         world.counts[PLANTS] += 1
@@ -156,7 +157,7 @@ def add_plant(rules: Any, world: ErlWorld, cell: int) -> None:
 
 @compiled
 def grow_plants(rules: Any, world: ErlWorld) -> None:
-    """Add plants in random cells and next to plants, then up to the minimum number."""
+    """Add plants in random cells and next to plants, then plants up to `MIN_PLANTS`."""
     for _ in range(rules.sprouts_per_step):
         add_plant(rules, world, draw_cell(rules, world))
     for _ in range(rules.growth_checks_per_step):
@@ -170,14 +171,14 @@ def grow_plants(rules: Any, world: ErlWorld) -> None:
 
 @compiled
 def clear_cell(world: ErlWorld, cell: int) -> None:
-    """Empty a cell. If it has a plant, the number of plants decreases."""
+    """Make a cell empty. Subtract 1 from the number of plants if the cell has a plant."""
     world.counts[PLANTS] -= int(world.kind[cell] == PLANT)
     world.kind[cell] = EMPTY
 
 
 @compiled
 def add_carnivore(rules: Any, world: ErlWorld, cell: int) -> None:
-    """Add a carnivore in a cell if the maximum number is not reached. `cell` can be -1."""
+    """Add a carnivore in a cell, up to `MAX_CARNIVORES`. Do nothing if `cell` is -1."""
     carnivore = world.counts[CARNIVORES]
     if cell >= 0 and carnivore < MAX_CARNIVORES:
         world.kind[cell] = CARNIVORE
@@ -190,9 +191,9 @@ def add_carnivore(rules: Any, world: ErlWorld, cell: int) -> None:
 
 @compiled
 def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
-    """Move a carnivore to the nearest visible prey, or in a random direction.
+    """Move a carnivore by one cell toward the nearest visible prey, or in a random direction.
 
-    It bites an agent and eats a corpse. It reproduces at full energy.
+    The carnivore bites an agent or eats a corpse in the next cell, and reproduces at full energy.
     """
     draws = draw_uniforms(world)
     direction = int(draws[0] * np.float32(4))
@@ -219,7 +220,7 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
         world.occupant[cell] = carnivore
         world.carnivore_position[carnivore] = cell
         if world.carnivore_energy[carnivore] >= 1.0 and world.counts[CARNIVORES] < MAX_CARNIVORES:
-            # Parent and child have half of the energy each.
+            # The parent has an energy of 1/2 after the birth. `add_carnivore` gives the child 1/2.
             world.carnivore_energy[carnivore] = INITIAL_CARNIVORE_ENERGY
             add_carnivore(rules, world, old_cell)
     world.carnivore_energy[carnivore] -= rules.carnivore_cost_per_step
@@ -227,9 +228,9 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
 
 @compiled
 def _find_prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> int:
-    """Return the distance of the nearest agent or corpse in a direction.
+    """Return the distance of the nearest agent or corpse in a direction, in cells.
 
-    The result is above `CARNIVORE_SIGHT` if there is none. An agent in a tree is not visible.
+    Returns `CARNIVORE_SIGHT` + 1 if none is in sight. An agent in a tree is not visible.
     """
     for distance in range(1, CARNIVORE_SIGHT + 1):
         cell = neighbor_cell(rules, cell, direction)
@@ -242,11 +243,10 @@ def _find_prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) 
 
 @compiled
 def remove_dead_carnivores(world: ErlWorld) -> None:
-    """Replace each dead carnivore by a corpse.
+    """Replace each dead carnivore by a corpse. The last carnivore moves to the row of the dead one.
 
-    The last carnivore gets the number of the removed carnivore.
+    The order is descending, so that the last carnivore has been checked before it changes its row.
     """
-    # The order is descending, because the last carnivore changes its number.
     for carnivore in range(world.counts[CARNIVORES] - 1, -1, -1):
         if world.carnivore_energy[carnivore] <= 0.0 or world.carnivore_health[carnivore] <= 0.0:
             cell = world.carnivore_position[carnivore]

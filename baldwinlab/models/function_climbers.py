@@ -1,14 +1,15 @@
-"""Model of bit strings that encode the variables of a function, and climb it during life.
+"""Model of bit strings that encode the variables of a function, and climb the function during life.
 
     baldwinlab reproduce whitley-1994
 
-A string consists of one block of bits per variable. The fitness of a string is the mean of the
-values of its blocks, which a table gives. The table is scaled: the best block has 1.
+A string consists of one block of bits per variable. A table has the value of each possible block,
+and the best block has the value 1. The fitness of a string is the mean value of its blocks.
 
-In each learning step, all strings that differ in one bit are evaluated. The best of them replaces
-the string if it is better: this is steepest ascent. The fitness is that of the string at death.
-`evolution.lamarckian_share` decides what is inherited: 0 for the string at birth (Baldwinian
-search), 1 for the string at death (Lamarckian search).
+In each learning step, an agent evaluates all strings that differ from the current string in one
+bit. The best of these strings replaces the current string if it is better (steepest ascent).
+Fitness is that of the string at death. `evolution.lamarckian_share` is 0 or 1. With 0, offspring
+inherit the string at birth (Baldwinian search). With 1, they inherit the string at death
+(Lamarckian search).
 
 References
 ----------
@@ -33,27 +34,27 @@ from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
 DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
 DECEPTIVE_BITS: Final = 4
-# Bits of a variable of the other functions.
+# Number of bits of a block of the other functions.
 NUMBER_BITS: Final = 10
 # Terms of the series of the sine. The error is below 1e-15 for angles from -pi to pi.
 N_SINE_TERMS: Final = 14
-# Generation of the measures of early search.
+# Generation of the measures `optimum-early` and `best-early`.
 EARLY_GENERATION: Final = 20
 
 
 class Blocks(NamedTuple):
-    """Values of all blocks of bits, and the best change of one bit."""
+    """Value of each block, and the best change of one bit. The index is the block as an integer."""
 
-    # Value of each block, as a binary number, from 0 to 1, (blocks,).
+    # [block]: value, from 0 to 1.
     values: kit.Numbers
-    # The best block that differs in one bit, or the block itself if none is better, (blocks,).
+    # [block]: best block that differs in one bit, or the block itself at a local optimum.
     neighbors: kit.Integers
-    # Value of the neighbor minus that of the block, (blocks,). 0 for a local optimum.
+    # [block]: value of the neighbor minus value of the block. 0 at a local optimum.
     gains: kit.Numbers
 
 
 def sine(angle: kit.Numbers) -> kit.Numbers:
-    """Compute the sine by its Taylor series. Sines of libraries differ between machines."""
+    """Compute the sine by its Taylor series. `np.sin` differs between machines."""
     reduced = angle - 2 * pi * np.rint(angle / (2 * pi))
     term = reduced
     total = reduced
@@ -85,17 +86,17 @@ def decode_gray(codes: kit.Integers) -> kit.Integers:
 
 @lru_cache(maxsize=8)
 def make_blocks(function: str, encoding: str) -> Blocks:
-    """Return the values of all blocks of a function, and their best neighbors."""
+    """Return the value and the best neighbor of each block of a function."""
     if function == "deceptive":
         values = np.array(DECEPTIVE_VALUES) / max(DECEPTIVE_VALUES)
     else:
         codes = np.arange(2**NUMBER_BITS)
         numbers = decode_gray(codes) if encoding == "gray" else codes
-        # The functions are minimized.
+        # The functions are minimized, so the smallest term has the value 1.
         terms = {"rastrigin": rastrigin, "schwefel": schwefel}[function](numbers)
         values = (terms.max() - terms) / (terms.max() - terms.min())
     blocks = np.arange(values.size)
-    # [block, bit]: each bit is flipped, from the first bit of the string to the last.
+    # [bit]: masks from the first bit of a block (largest value) to the last bit.
     bit_masks = 1 << np.arange(values.size.bit_length() - 1)[::-1]
     flipped = blocks[:, None] ^ bit_masks
     best = flipped[blocks, values[flipped].argmax(axis=1)]
@@ -191,9 +192,9 @@ class FunctionClimbers(Model, name="function-climbers"):
         is_climbing = np.ones((*newborn.shape[:2], 1), np.bool_)
         n_evaluations = np.ones(newborn.shape[:2], np.int32)
         for _ in range(self.learning_steps):
-            # A string at a local optimum evaluates its neighbors once, and stops.
+            # One evaluation per bit. An agent stops after the first step without improvement.
             n_evaluations += self.n_weights() * is_climbing[:, :, 0]
-            # Of several equally good changes, the string takes that of the first variable.
+            # If changes of several variables are equally good, `argmax` takes the first variable.
             variable = gains[blocks].argmax(axis=-1)[:, :, None]
             block = np.take_along_axis(blocks, variable, axis=-1)
             np.put_along_axis(blocks, variable, neighbors[block], axis=-1)

@@ -1,14 +1,13 @@
-"""The model of Hinton and Nowlan: strings of 0, 1 and ? whose ? are guessed during life.
+"""Model of Hinton and Nowlan: strings of 0, 1 and ?, in which agents guess each ? during life.
 
     baldwinlab reproduce hinton-nowlan-1987
 
 The correct allele is 1 at every locus. Another target would give equivalent results. In each trial
 of its life, an agent sets each ? to 0 or 1 at random. A failed trial has no effect on later trials.
-The agent stops at the first trial in which all loci are correct. Its fitness is 1 + 19 n / N, where
-n is the number of remaining trials of N. Without such a trial, it is 1. In a genome, the number 0.5
-represents ?.
-
-The field `cost_of_trials` multiplies the cost of each used trial, which is 19 / N in the paper.
+The agent stops at the first trial in which all loci are correct. If n of its N trials remain then,
+the fitness is 1 + 19 n / N. If no trial succeeds, the fitness is 1. In a genome, 0.5 is the allele
+?. In the paper, each used trial costs a fitness of 19 / N. `cost_of_trials` is a factor of this
+cost.
 
 References
 ----------
@@ -38,7 +37,7 @@ def _take_off(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of ? in the generation of `_take_off`, or NaN."""
+    """Return the fraction of ? in the generation of `_take_off`, or NaN."""
     take_off = _take_off(runs)
     # An index must be an integer, so runs without a take-off read generation 0 before `where`.
     generation = take_off.fillna(0).astype(int)
@@ -130,12 +129,12 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (n_unset == 0))
         first_success = self._find_first_success(n_unset, luck)
         succeeded = can_succeed & (first_success <= self.trials)
-        # If the successful trial does not count as used, one more trial remains.
+        # 1 if the successful trial does not count as used, so that one more trial remains.
         n_uncounted = 0 if self.counts_success else 1
         cost_in_trials = self.cost_of_trials * (first_success - n_uncounted)
         n_remaining = np.clip(self.trials - cost_in_trials, 0, None)
         fitness = np.where(succeeded, 1 + MAX_GAIN * n_remaining / self.trials, 1.0)
-        # Without guesses, a single trial shows whether the string is correct.
+        # Without guesses, all trials are equal, so an agent uses a single trial.
         n_used_by_failures = self.trials if self.guessing else 1
         n_used = np.where(succeeded, first_success, n_used_by_failures)
         records = {
@@ -150,18 +149,18 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         return self.make_results(fitness, records, learned=learned)
 
     def _find_first_success(self, n_unset: kit.Integers, luck: kit.Numbers) -> kit.Integers:
-        """Return the number of the first successful trial [run, agent], from 1.
+        """Return the first successful trial [run, agent], from 1, or trials + 1 if all trials fail.
 
         A trial fails with the probability q = 1 - 2^-n_unset, so the trials 1 to t all fail with
-        the probability q^t. The first success is the first trial t with q^t <= `luck`. The result
-        is trials + 1 if no trial of the lifetime succeeds.
+        the probability q^t. The first success is the first trial t with q^t <= `luck`, a uniform
+        random number [run, agent].
         """
         first_success = poison.empty(n_unset.shape, np.int64)
         for count in np.unique(n_unset):
             has_count = n_unset == count
             # Powers are computed as products, because logarithms differ between machines.
             failure_probabilities = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
-            # The signs are negative, because `searchsorted` needs ascending numbers.
+            # `searchsorted` needs ascending numbers, so both arguments are negated.
             n_failures = np.searchsorted(-failure_probabilities, -luck[has_count])
             first_success[has_count] = 1 + n_failures
         return first_success

@@ -1,4 +1,7 @@
-"""Shared code of small models: types, random numbers, founders, exponentials and measures."""
+"""Shared code of the models in this folder: types, random numbers, exponentials and measures.
+
+`uniforms` draws four random numbers per index. Most models use only the first of the four.
+"""
 
 from __future__ import annotations
 
@@ -17,22 +20,22 @@ from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.parts import FOUNDER, LIFE, Field, Measure, uniforms
 
 Genomes = npt.NDArray[np.float32]
-"""Genomes [run, agent, module, weight], or those of one run."""
+"""Genomes of several runs [run, agent, module, weight], or of one run [agent, module, weight]."""
 Numbers = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Average = Callable[["xr.Dataset"], "xr.DataArray"]
-"""Function of the runs of a dataset."""
+"""Function from a dataset of runs to one value per run."""
 Share = Annotated[float, Field(ge=0, le=1)]
-"""Type of a setting that is a share or a probability."""
+"""Type of a setting that is a fraction or a probability."""
 
-# Number that represents the allele ? in a genome.
+# Value of the allele ? in a genome.
 UNSET_ALLELE: Final = 0.5
-# Tables of `Model.alleles`.
+# Value of each allele in a genome, for `Model.alleles`.
 BITS: Final[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
 BITS_AND_UNSET: Final[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
-# Generation number of the random numbers that all generations of a run share.
+# Generation in the key of random numbers that are the same for all generations of a run.
 ENVIRONMENT_GENERATION: Final = 2**32 - 1
-# Limit of an exponent, which prevents overflow.
+# Largest absolute value of an exponent, which prevents overflow.
 MAX_EXPONENT: Final = 300.0
 # Decimal logarithm of e.
 LOG10_E: Final = 0.43429448190325182765
@@ -41,27 +44,26 @@ LOG10_E: Final = 0.43429448190325182765
 def draw_lifetimes(
     seed: int, runs: Sequence[int], generation: int, shape: tuple[int, int]
 ) -> Numbers:
-    """Draw the random numbers of lifetimes [run, *shape]: the first of four numbers each."""
+    """Draw uniform random numbers for lifetimes [run, agent, draw]; `shape` is (agents, draws)."""
     return np.stack([uniforms(seed, run, generation, LIFE, shape)[:, :, 0] for run in runs])
 
 
 def draw_environment(seed: int, run: int, shape: tuple[int, int], stream: int = 0) -> Numbers:
-    """Draw random numbers that all generations of a run share, [*shape, 4].
+    """Draw uniform random numbers [*shape, 4] that are the same for all generations of a run.
 
-    Numbers of different streams are independent. No lifetime uses any of them.
+    Different streams are independent of each other, and of the random numbers of lifetimes.
     """
     return uniforms(seed, run, ENVIRONMENT_GENERATION - stream, LIFE, shape)
 
 
 def draw_bits(key: GenerationKey, agents: int, bits: int) -> Genomes:
-    """Draw founders with one module [agent, 1, bit], with 0 and 1 in equal shares."""
+    """Draw founders with one module [agent, 1, bit]. 0 and 1 have equal probabilities."""
     return (draw_founder_numbers(key, agents, bits) < 0.5).astype(np.float32)
 
 
 def draw_alleles(key: GenerationKey, agents: int, loci: int, unset_share: float) -> Genomes:
-    """Draw founders with one module [agent, 1, locus] of the alleles 0, 1 and ?."""
+    """Draw founders [agent, 1, locus]: ? with the probability `unset_share`, else 0 or 1."""
     draws = draw_founder_numbers(key, agents, loci)
-    # The shares of 0 and 1 are equal.
     zero_share = (1 - unset_share) / 2
     alleles = np.select([draws < zero_share, draws < 2 * zero_share], [0.0, 1.0], UNSET_ALLELE)
     return alleles.astype(np.float32)
@@ -75,15 +77,12 @@ def draw_normal_numbers(key: GenerationKey, agents: int, weights: int) -> Genome
 
 
 def draw_founder_numbers(key: GenerationKey, agents: int, weights: int) -> Numbers:
-    """Draw uniform numbers for founders with one module [agent, 1, weight].
-
-    They are the first of the four numbers of each weight.
-    """
+    """Draw uniform random numbers in (0, 1) for founders with one module [agent, 1, weight]."""
     return key.uniforms(FOUNDER, (agents, weights))[:, None, :, 0]
 
 
 def read_bits(genomes: Genomes) -> Integers:
-    """Return the first modules of genomes of bits as binary numbers: bit i has the value 2^i."""
+    """Return the first module of each genome as an integer: bit i has the value 2^i."""
     bits = (genomes[..., 0, :] > 0.5).astype(np.int64)
     numbers: Integers = bits @ (1 << np.arange(bits.shape[-1]))
     return numbers
@@ -96,9 +95,9 @@ def exponential(x: float) -> float:
 
 
 def exponentiate(exponents: Numbers) -> Numbers:
-    """Return e to the power of each exponent, limited to [-300, 300], for any shape.
+    """Return e to the power of each exponent, for any shape. Exponents are clipped to [-300, 300].
 
-    Exponentials of libraries differ between machines.
+    `np.exp` is not used, because its results differ between machines.
     """
     values: Numbers = np.clip(exponents, -MAX_EXPONENT, MAX_EXPONENT)
     _exponentiate_all(values.reshape(-1))
@@ -107,7 +106,7 @@ def exponentiate(exponents: Numbers) -> Numbers:
 
 @jit_entry_point
 def _exponentiate_all(values: Any) -> None:
-    """Replace each value of an array by its exponential."""
+    """Replace each value v of a one-dimensional array by e to the power v."""
     for index in range(values.size):
         values[index] = exponential(values[index])
 
@@ -115,8 +114,8 @@ def _exponentiate_all(values: Any) -> None:
 def mean_at(record: str, generation: int, dtype: type[np.floating] | None = None) -> Average:
     """Return a function of runs: the mean of a record over agents in a generation.
 
-    In shorter runs, and for the generation -1, it is the mean in the last generation. `dtype` is
-    the type of the values before the mean. Without it, the mean has the type of the record.
+    If a run has fewer generations, or if `generation` is -1, the function takes the last
+    generation. `dtype`: type to which values are converted before the mean. None: no conversion.
     """
 
     def average(runs: xr.Dataset) -> xr.DataArray:
@@ -136,7 +135,7 @@ def mean_of_last_generation(record: str) -> Average:
 
 
 def mean_of_last_generations(record: str, count: int) -> Average:
-    """Return a function of runs: the mean of a record over the last generations."""
+    """Return a function of runs: the mean of a record over the last `count` generations."""
     return lambda runs: (
         runs[record].isel(generation=slice(-count, None)).mean(("generation", "agent"))
     )
@@ -158,7 +157,7 @@ def select_second_half(record: xr.DataArray) -> xr.DataArray:
 
 
 def change_of_mean(record: str, start: int, end: int) -> Average:
-    """Return a function of runs: the change of the float64 mean between two generations."""
+    """Return a function of runs: the mean in generation `end` minus the mean in `start`."""
     return lambda runs: (
         mean_at(record, end, np.float64)(runs) - mean_at(record, start, np.float64)(runs)
     )
@@ -171,7 +170,7 @@ def _convert(values: xr.DataArray, dtype: type[np.floating] | None) -> xr.DataAr
 def measure_last_means(meanings: Mapping[str, str]) -> dict[str, Measure]:
     """Return measures: the mean of each record in the last generation.
 
-    The keys are records, and the values their meanings, such as "share of 1".
+    `meanings`: description of each record by name, for example {"ones": "share of 1"}.
     """
     return _measure_means(meanings, "in the last generation", mean_of_last_generation)
 
@@ -186,7 +185,7 @@ def _measure_means(
 ) -> dict[str, Measure]:
     """Return a measure for each record. The record `innate_error` has the measure `innate-error`.
 
-    `period`: text for the generations of `average`.
+    `period`: text that follows each meaning, for example "in the last generation".
     """
     return {
         record.replace("_", "-"): Measure(f"{meaning} {period}", average(record))

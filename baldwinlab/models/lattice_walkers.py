@@ -2,19 +2,19 @@
 
     baldwinlab reproduce borenstein-2006
 
-A population is a point on the positions 0 to `length` - 1: all its members have the same genotype.
-In each generation, one mutant appears at a neighboring position. It replaces the population with
+All members of a population have the same genotype, one of the positions 0 to `length` - 1. In each
+generation, one mutant appears at a neighboring position. The mutant replaces the population with
 the probability of fixation, or disappears (selection `mutant-fixation`). Two agents represent a
-walk: the population (even number) and its mutant (odd number). The walks of a run are independent.
+walk: the population (even index) and its mutant (odd index). The walks of a run are independent.
 
-Each position multiplies the fitness of the position before it by 1 + slope + roughness (2 u - 1),
-with a uniform random number u. Each run has a different landscape, which is the same in all
-conditions. A mutant outside the positions has the fitness 0. All walks start at position 0, and the
+The fitness of a position is that of the previous position times 1 + slope + roughness (2 u - 1),
+where u is a uniform random number. Each run has a different landscape, which is the same in all
+conditions. A mutant outside the positions has the fitness 0. All walks start at position 0. The
 goal is the position of the highest fitness.
 
-A plastic genotype has the fitness of other positions. With `climbing`, an agent moves to the fitter
-neighbor, up to `learning_steps` times. With `random`, it has the mean fitness of all positions up
-to `learning_steps` away.
+The fitness of a plastic genotype depends on further positions. With `climbing`, an agent moves to
+the fitter neighboring position, up to `learning_steps` times. With `random`, an agent has the mean
+fitness of all positions up to `learning_steps` away.
 
 References
 ----------
@@ -57,20 +57,21 @@ Fitness = kit.Numbers
 def make_landscape(seed: int, run: int, length: int, slope: float, roughness: float) -> Fitness:
     """Return the fitness of all positions of a run, without plasticity.
 
-    `slope`: mean relative increase of fitness per position. The first position has 1. The array is
-    read-only.
+    `slope`: mean relative increase of fitness per position. Position 0 has the fitness 1. The array
+    is read-only.
     """
     draws = kit.draw_environment(seed, run, (length, 1))[:, 0, 0]
     factors = 1 + slope + roughness * (2 * draws - 1)
     factors[0] = 1.0
     fitness: Fitness = factors.cumprod()
-    # The array is cached.
+    # All callers get the same cached array, so a caller must not change it.
     fitness.flags.writeable = False
     return fitness
 
 
 def climb(fitness: Fitness, steps: int) -> kit.Integers:
-    """Return the position that each position reaches in `steps` steps to the fitter neighbor."""
+    """Return the position after `steps` steps to the fitter neighbor, for each position."""
+    # `padded[i + 1]` is the fitness of position i. It is 0 outside the line: no agent climbs there.
     padded = np.concatenate(([0.0], fitness, [0.0]))
     positions = np.arange(fitness.size)
     is_right_fitter = padded[2:] >= padded[:-2]
@@ -86,7 +87,7 @@ def climb(fitness: Fitness, steps: int) -> kit.Integers:
 def average_neighborhood(fitness: Fitness, steps: int) -> Fitness:
     """Return the mean fitness of all positions up to `steps` away, for each position.
 
-    Positions beyond the first and the last have the fitness of the first and the last.
+    A position before the first one counts as the first one, a position after the last as the last.
     """
     offsets = np.arange(-steps, steps + 1)
     neighborhoods = np.arange(fitness.size)[:, None] + offsets
@@ -95,8 +96,8 @@ def average_neighborhood(fitness: Fitness, steps: int) -> Fitness:
 
 
 def _restricted_time(runs: xr.Dataset) -> xr.DataArray:
-    """Return the mean generation of the first visit to the peak, or the number of generations."""
-    # The agents with even numbers are populations, and the others are mutants.
+    """Return the mean generation of the first visit to the peak, over the walks of a run."""
+    # Agents with even indices are populations. A walk without a visit counts with the run length.
     at_peak = runs["at_peak"].isel(agent=slice(None, None, 2)) > 0
     return first_generation(at_peak, runs.sizes["generation"]).mean("agent")
 
@@ -196,9 +197,9 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     def _simulate_run(
         self, landscape: Fitness, position: kit.Integers
     ) -> tuple[npt.NDArray[Any], ...]:
-        """Return fitness, position at death, and the records, each [agent]."""
+        """Return fitness, position at death, and the values of `records` in order, each [agent]."""
         is_alive = (position >= 0) & (position < self.length)
-        # A mutant outside the positions has a fitness of 0, and learns nothing.
+        # Position 0 replaces positions outside the line, so that all indices are valid.
         inside = np.where(is_alive, position, 0)
         fitness = np.where(is_alive, self.plastic_fitness(landscape)[inside], 0.0)
         learned = np.where(is_alive, self.learned_positions(landscape)[inside], position)
@@ -227,8 +228,8 @@ class MutantFixation(Selection, name="mutant-fixation"):
     """A mutant replaces a population with its probability of fixation.
 
     The agents 2 i and 2 i + 1 are a population and its mutant. Agent 2 i of the next generation is
-    a copy of the winner, and agent 2 i + 1 is a new mutant of it. An agent without a mutant
-    survives.
+    a copy of the winner, and agent 2 i + 1 is a new mutant of the winner. With an odd number of
+    agents, the last agent has no mutant and survives.
 
     References
     ----------

@@ -1,28 +1,29 @@
-"""The model of a robot that must switch on a lamp and then stay near it.
+"""Model of a robot that must switch on a lamp and then stay near the lamp.
 
     baldwinlab reproduce floreano-urzelai-2000
 
 The arena is a square with a side of 1. A stripe on a wall marks the switch. The lamp is lit from
-the first step in which the robot is within 0.2 of the stripe. Fitness is the share of the steps of
-a lifetime that the robot spends within 0.2 of the lit lamp. The robot senses the lit lamp in front,
-left, behind and right, the stripe half left, ahead and half right, and walls ahead, left and right.
-All neurons are logistic. Each neuron receives all inputs and the previous values of all neurons.
-The last two neurons drive the wheels.
+the first step in which the robot is within 0.2 of the stripe. Fitness is the fraction of the steps
+of a lifetime that the robot spends within 0.2 of the lit lamp. Sensors of the lit lamp point ahead,
+left, back and right. Sensors of the stripe point half left, ahead and half right. Sensors of walls
+point ahead, left and right. All neurons are logistic. Each neuron receives all inputs and the
+previous values of all neurons. The last two neurons drive the wheels.
 
 `encoding` is the genetic encoding. A gene has five bits.
 
 - `neurons` and `synapses`: each neuron or each synapse has a gene with a sign (1 bit), one of four
-  learning rules (2 bits) and a rate (2 bits). The weights are small and random at birth. They
-  change in each step, within [0, 1]. The rule and the rate of a neuron apply to its incoming
-  synapses. The sign of a neuron applies to its outgoing synapses.
+  learning rules (2 bits) and a rate (2 bits). The weights are small and random at birth, and change
+  in each step, within [0, 1]. The rule and the rate of a neuron apply to all incoming synapses. The
+  sign of a neuron applies to all outgoing synapses (`sign = "source"`) or to all incoming synapses
+  (`sign = "target"`).
 - `strengths`: each synapse has a gene with a sign (1 bit) and a strength (4 bits). The weights do
   not change.
 
-In each generation, each agent has an additional lifetime in a changed world, which does not affect
-its fitness.
+In each generation, each agent has an additional lifetime in a changed world. The additional
+lifetime does not affect fitness.
 
-The changes follow Urzelai and Floreano 2001. Their numbers are from memory. The geometry, the
-senses, the number of neurons and the sizes of the changes are our choice.
+The changes follow Urzelai and Floreano 2001. The constants of the paper are from memory. The
+geometry, the senses, the number of neurons and the sizes of the changes are our choice.
 
 The module `light_switch_lifetimes` has the arena and the neurons.
 
@@ -46,13 +47,13 @@ from baldwinlab.models import kit
 from baldwinlab.models.light_switch_lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
-# Number of bits of a gene, which belongs to a neuron or to a synapse.
+# Number of bits of the gene of a neuron or of a synapse.
 BITS_PER_GENE: Final = 5
 # Upper limit of a weight at birth.
 MAX_INITIAL_WEIGHT: Final = 0.1
-# Difference between two successive learning rates. A rate has two bits.
+# Difference between two successive learning rates. Two bits give the rates 0, 0.3, 0.6 and 0.9.
 RATE_STEP: Final = 0.3
-# Values of the four bits of a strength, and their sum.
+# Values of the four bits of a strength, and the sum of these values.
 STRENGTH_BIT_VALUES: Final = (8, 4, 2, 1)
 MAX_STRENGTH_LEVEL: Final = 15
 # Number of last generations over which measures are averaged.
@@ -68,7 +69,7 @@ CHANGED_WORLDS: Final = {
 
 
 def _share_of_retained_score(runs: xr.Dataset) -> xr.DataArray:
-    """Return the score in a changed world as a share of the score, or NaN without a score."""
+    """Return the score in the changed world divided by the score, or NaN if the score is 0."""
     score, changed = (
         kit.mean_of_last_generations(record, N_LAST_GENERATIONS)(runs)
         for record in ("score", "changed")
@@ -155,7 +156,7 @@ class LightSwitch(Model, name="light-switch"):
         return self.encoding == "neurons" and self.sign == "source"
 
     def n_weights(self) -> int:
-        # Inputs have no genes of their own. If signs belong to sources, each input has a sign bit.
+        # Inputs are sources without genes. If the sign belongs to sources, each has a sign bit.
         n_input_signs = N_INPUTS if self._has_input_signs else 0
         return BITS_PER_GENE * self.n_genes + n_input_signs
 
@@ -168,7 +169,7 @@ class LightSwitch(Model, name="light-switch"):
         shape = genomes.shape[:2]
         bits = (genomes[:, :, 0] > 0.5).astype(np.int64)
         synapses = self._decode_synapses(seed, runs, generation, bits)
-        # [run, 4].
+        # [run, 4]: random numbers for the initial position and heading, equal for all agents.
         initial_draws = np.stack(
             [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
         ).astype(np.float32)
@@ -180,7 +181,7 @@ class LightSwitch(Model, name="light-switch"):
                 self.steps_per_life,
                 Arena(*np.array(world, np.float32)),
                 initial_draws,
-                # The weights change during a lifetime.
+                # Learning changes the weights, so each lifetime gets a copy of those at birth.
                 synapses._replace(weights=synapses.weights.copy()),
                 values,
                 lit_steps,
@@ -196,13 +197,14 @@ class LightSwitch(Model, name="light-switch"):
         n_runs, n_agents = bits.shape[:2]
         shape = (n_runs, n_agents, self.neurons, N_INPUTS + self.neurons)
         n_gene_bits = BITS_PER_GENE * self.n_genes
-        # [run, agent, neuron, source, bit]. A gene of a neuron applies to all sources.
+        # [run, agent, neuron, source, bit]. If genes belong to neurons, there is one source, which
+        # is later broadcast to all sources.
         genes = bits[..., :n_gene_bits].reshape(n_runs, n_agents, self.neurons, -1, BITS_PER_GENE)
         sign_bits = genes[..., 0]
         if self._has_input_signs:
             input_signs = bits[..., n_gene_bits:]
             source_signs = np.concatenate([input_signs, sign_bits[..., 0]], axis=-1)
-            # The same signs for all target neurons.
+            # A source has the same sign for all target neurons: [run, agent, 1, source].
             sign_bits = source_signs[:, :, None]
         signs = (1 - 2 * sign_bits).astype(np.float32)
         # Bits 1 and 2 are the rule, bits 3 and 4 the rate.
@@ -214,7 +216,7 @@ class LightSwitch(Model, name="light-switch"):
             strength_levels = (genes[..., 1:] * STRENGTH_BIT_VALUES).sum(axis=-1)
             weights = (strength_levels / MAX_STRENGTH_LEVEL).astype(np.float32)
         else:
-            # Row 0 of the draws has the initial position and heading.
+            # Row 0 is the random numbers of the initial position and heading, see `simulate`.
             draws = kit.draw_lifetimes(seed, runs, generation, (1 + n_agents, self.synapses))
             weights = (MAX_INITIAL_WEIGHT * draws[:, 1:]).astype(np.float32).reshape(shape)
         return Synapses(

@@ -1,4 +1,4 @@
-"""Lifetimes of robots in the arena: senses, neurons and movement."""
+"""Lifetimes of the robots of `light_switch.py` in the arena: senses, neurons and movement."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 
-# Number of inputs: four for the lamp, three for the stripe, three for walls, and a bias of 1.
+# Number of inputs, in order: four for the lamp, three for the stripe, three for walls, a bias of 1.
 N_INPUTS: Final = 11
 # Distance per step at full speed, in sides of the arena.
 FULL_SPEED = np.float32(0.02)
@@ -21,7 +21,7 @@ FULL_SPEED = np.float32(0.02)
 MAX_TURN_TANGENT = np.float32(0.15)
 # Radius of the lamp and of the stripe, in sides of the arena.
 LAMP_RADIUS = np.float32(0.2)
-# Distance from which a wall is sensed, in sides of the arena.
+# Largest distance at which a wall is sensed, in sides of the arena.
 WALL_SENSE_DISTANCE = np.float32(0.1)
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
 
@@ -33,22 +33,22 @@ class Arena(NamedTuple):
     stripe_y: Any
     lamp_x: Any
     lamp_y: Any
-    # Factor of all inputs but the bias.
+    # Factor of all inputs except the bias. 1 in the standard world.
     sense_strength: Any
-    # Speed of the left wheel, as a share of full speed.
+    # Factor of the speed of the left wheel. 1 in the standard world.
     left_wheel_speed: Any
 
 
 class Synapses(NamedTuple):
-    """Synapses of all agents, as arrays [run, agent, neuron, source], or of one agent."""
+    """Synapses of all agents [run, agent, neuron, source], or of one agent [neuron, source]."""
 
     # 1 or -1.
     signs: npt.NDArray[np.float32]
-    # Number of the learning rule.
+    # Code of the learning rule, 0 to 3, see `compute_strength_change`.
     rules: npt.NDArray[np.int64]
     # Learning rate. 0: the weight does not change.
     rates: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
+    weights: npt.NDArray[np.float32]  # Strength, from 0 to 1.
 
 
 @jit_entry_point
@@ -62,8 +62,8 @@ def simulate_lifetimes(
 ) -> None:
     """Simulate lifetimes and count the steps under the lit lamp.
 
-    - `initial_draws` (runs, 4): uniform numbers for the initial position and heading.
-    - `synapses`: synapses of all agents. The weights change in place as agents learn.
+    - `initial_draws` (runs, 4): uniform random numbers for the initial position and heading.
+    - `synapses`: synapses of all agents. Learning changes the weights in place.
     - `values` (2, inputs + neurons): scratch.
     - `lit_steps` (runs, agents): output: the number of steps under the lit lamp.
     """
@@ -137,9 +137,9 @@ def _is_within_reach(dx: Any, dy: Any) -> bool:
 def _fill_inputs(
     world: Arena, is_lit: Any, x: Any, y: Any, heading_x: Any, heading_y: Any, values: Any
 ) -> None:
-    """Fill the inputs, in [0, 1], in the order of `N_INPUTS`.
+    """Fill the inputs in `values` [source], in [0, 1], in the order of `N_INPUTS`.
 
-    The sensed light decreases with the distance of the lamp and with its angle from the sensor.
+    Sensed light decreases with the distance of the lamp, and with its angle from the sensor.
     """
     dx = world.lamp_x - x
     dy = world.lamp_y - y
@@ -155,8 +155,8 @@ def _fill_inputs(
     dy = world.stripe_y - y
     ahead = dx * heading_x + dy * heading_y
     left = dy * heading_x - dx * heading_y
-    # The stripe is visible within an eighth of a turn. The three sensors share this range: left,
-    # ahead, right. A stripe is ahead if the tangent of its angle is at most 1/3.
+    # The stripe is visible up to 45 degrees to the left and right. One of the three sensors is 1:
+    # ahead if the tangent of the angle is at most 1/3, otherwise left or right.
     is_visible = ahead > abs(left)
     values[4] = ONE if is_visible and THREE * left > ahead else ZERO
     values[5] = ONE if is_visible and THREE * abs(left) <= ahead else ZERO
@@ -164,7 +164,7 @@ def _fill_inputs(
     values[7] = _sense_wall(x, y, heading_x, heading_y)
     values[8] = _sense_wall(x, y, -heading_y, heading_x)
     values[9] = _sense_wall(x, y, heading_y, -heading_x)
-    # The bias does not change.
+    # The factor does not apply to the bias, which is the last input.
     for input_index in range(N_INPUTS - 1):
         values[input_index] *= world.sense_strength
     values[N_INPUTS - 1] = ONE
@@ -172,9 +172,9 @@ def _fill_inputs(
 
 @compiled
 def _sense_wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
-    """Return the nearness of the nearest wall in a direction, in [0, 1].
+    """Return the nearness of the nearest wall in the direction (dx, dy), in [0, 1].
 
-    The value is larger if the direction is closer to the perpendicular of the wall.
+    Nearness is 1 at a wall that is perpendicular to the direction, and smaller for other angles.
     """
     distance_x = ONE - x if dx > ZERO else x
     distance_y = ONE - y if dy > ZERO else y
@@ -187,7 +187,7 @@ def _sense_wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
 def _update_neurons(synapses: Synapses, previous: Any, current: Any) -> None:
     """Fill the neurons in `current` from `previous`, and update the weights.
 
-    `previous` [source] has the inputs and the neurons of the previous step.
+    `previous` [source]: current inputs, and values of the neurons in the previous step.
     """
     signs = synapses.signs
     rules = synapses.rules

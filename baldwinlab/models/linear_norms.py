@@ -3,15 +3,15 @@
     baldwinlab reproduce lande-2009
 
 A genome has the intercept a and the slope b of a reaction norm. An individual develops the
-phenotype z = a + b e from the cue e. Later, selection favors the optimum B times the environment,
-with the fitness exp(-(z - optimum)^2 / (2 width^2) - cost b^2 / 2).
+phenotype z = a + b e from the cue e. Later, the environment of selection s sets the optimum B s.
+The fitness is exp(-(z - B s)^2 / (2 width^2) - cost b^2 / 2).
 
-The mean environment is 0 at first, and `jump` later. In each generation, the environment of
-selection deviates from it by a normal number, and the cue by another one, with the correlation
-`predictability`. Founders are those of a population that has adapted to the first environment.
+The mean environment is 0 before the generation `jump_generation`, and `jump` from then on. In each
+generation, s and e are the mean environment plus normal random deviations. The two deviations have
+the correlation `predictability`. The founders are adapted to the mean environment 0.
 
-The paper adds developmental noise to z. This model takes the mean of fitness over it, so that
-`peak_width` contains its variance. All constants are our choice.
+In the paper, developmental noise is added to z. This model has no such noise. Instead, the square
+of `peak_width` includes the variance of the noise. All constants are our choice.
 
 References
 ----------
@@ -39,19 +39,20 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# Generation near the end of the first phase, in which plasticity evolves.
+# Generation that separates the phases of the measures: expected rise and later fall of the slope.
 PHASE_END: Final = 20
 
 
 class Environment(NamedTuple):
-    """Environment of a generation."""
+    """Environment of a generation, the same for all agents of a run."""
 
-    cue: float  # Environment during development.
-    selection: float
+    cue: float  # Environment during development, e.
+    selection: float  # Environment during selection, s.
 
 
 def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
-    """Return the rate of change of the slope in the first phase, divided by that in the second."""
+    """Return the mean slope's rise per generation to `PHASE_END`, divided by the later fall."""
+    # At least 1, because a run can end before `PHASE_END`.
     later_generations = max(1, runs.sizes["generation"] - 1 - PHASE_END)
     rise = kit.change_of_mean("slope", 0, PHASE_END)(runs) / PHASE_END
     fall = -kit.change_of_mean("slope", PHASE_END, -1)(runs) / later_generations
@@ -59,7 +60,7 @@ def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _early_fitness(runs: xr.Dataset) -> xr.DataArray:
-    """Return the mean fitness in the first phase after the change of the environment."""
+    """Return the mean fitness over the generations 1 to `PHASE_END`."""
     fitness = runs["energy"].isel(generation=slice(1, PHASE_END + 1))
     return fitness.mean(("agent", "generation"))
 
@@ -101,8 +102,8 @@ class LinearNorms(Model, name="linear-norms"):
         0.45, gt=0, le=100, description="Genetic standard deviation of the slope."
     )
 
-    # The weights of a genome are in units of the genetic standard deviations, so that their
-    # variance is 1 without selection: twice the variance of segregation.
+    # The genes are in units of `intercept_std` and `slope_std`. Without selection, the variance of
+    # each gene stays 1: twice the variance of segregation, which is 0.7071^2.
     defaults = {
         "population": {"size": 200},
         "evolution": {"generations": 601, "variation": "infinitesimal", "mutation_size": 0.7071},
@@ -156,12 +157,12 @@ class LinearNorms(Model, name="linear-norms"):
 
     def founders(self, agents: int, key: Any) -> kit.Genomes:
         genomes = kit.draw_normal_numbers(key, agents, self.n_weights())
-        # Selection in the first environment, whose mean is 0, leads to this slope.
+        # With the mean environment 0, selection leads to the slope predictability * B.
         genomes[..., 1] += np.float32(self.predictability * self.optimum_slope / self.slope_std)
         return genomes
 
     def environment(self, seed: int, run: int, generation: int) -> Environment:
-        """Return the environment of a generation, in development and in selection."""
+        """Draw the environment of a generation: the cue e and the environment of selection s."""
         mean = self.jump if generation >= self.jump_generation else 0.0
         draws = uniforms(seed, run, generation, LIFE, (1, 1))[0, 0]
         deviation, independent = (normal_quantile(float(draw)) for draw in draws[:2])
@@ -173,7 +174,7 @@ class LinearNorms(Model, name="linear-norms"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
         environments = [self.environment(seed, run, generation) for run in runs]
-        # [run, 1], for all agents of a run.
+        # Both are [run, 1], because all agents of a run have the same environment.
         cue, selection = np.array(environments).T[:, :, None]
         weights = genomes[:, :, 0].astype(np.float64)
         intercept = self.intercept_std * weights[..., 0]

@@ -1,13 +1,13 @@
-"""The model of strings that guess during life, with a target that changes over the generations.
+"""Model of strings that guess during life, with a target that changes over the generations.
 
     baldwinlab reproduce le-2018
 
-In generation 0, the correct allele is 1 at every locus, as in `hinton_nowlan.py`. Every `period`
-generations, `redrawn_loci` loci are drawn, and their correct alleles are drawn again. If the
-target never changes, a run is bit-identical to a run of `hinton_nowlan.py`.
+The target is the correct allele of each locus. In generation 0, it is 1 at every locus, as in
+`hinton_nowlan.py`. Every `period` generations, `redrawn_loci` random loci get a new random target.
+If the target never changes, a run is bit-identical to a run of `hinton_nowlan.py`.
 
-The idea is that of Le et al. 2018. Their parameters are not known, so the parameters here are ours.
-The strings are those of Hinton and Nowlan 1987.
+The idea follows Le et al. 2018, and the strings follow Hinton and Nowlan 1987. The parameters of Le
+et al. are not known, so the parameters here are our choice.
 
 References
 ----------
@@ -28,11 +28,11 @@ from baldwinlab.models import kit
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
-# Number of changes of the target that are drawn together.
+# Number of successive changes of the target in a block. One cache entry has the targets of a block.
 CHANGES_PER_BLOCK: Final = 100
-# Maximum number of blocks that are drawn for another block.
+# Maximum depth of the recursion over blocks.
 MAX_DEPTH: Final = 200
-# Names of records of `hinton_nowlan.py` that differ in this model.
+# New names of two records of `hinton_nowlan.py`: the correct allele is not always 1 here.
 RECORD_NAMES: Final = {"ones": "right", "zeros": "wrong"}
 
 
@@ -81,13 +81,13 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
-        """Simulate lifetimes of `hinton_nowlan.py`, with 0 and 1 swapped at loci whose target is 0.
+        """Simulate lifetimes of `hinton_nowlan.py`, with 0 and 1 swapped where the target is 0.
 
         The swap x -> 1 - x does not change the allele ?, which is 0.5.
         """
         # [run, locus].
         targets = np.stack([self.target(seed, run, generation) for run in runs])
-        # [run, agent, module, locus]: the same for all agents and modules of a run.
+        # [run, 1, 1, locus], because all agents and modules of a run have the same target.
         is_swapped = (targets == 0)[:, None, None]
         swapped_genomes = np.where(is_swapped, 1 - genomes, genomes)
         results = super().simulate(seed, runs, generation, swapped_genomes)
@@ -107,7 +107,8 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
             return np.ones(self.loci, np.int64)
         block, change = divmod(n_changes - 1, CHANGES_PER_BLOCK)
         law = (self.loci, self.redrawn_loci, self.period)
-        # Each block needs the one before it. Stored blocks limit the depth of the recursion.
+        # A block needs the previous block, which the cached function computes by recursion. These
+        # calls fill the cache at intervals, so that no recursion is deeper than `MAX_DEPTH`.
         for stored_block in range(0, block, MAX_DEPTH):
             _draw_targets(law, seed, run, stored_block)
         return np.asarray(_draw_targets(law, seed, run, block)[change], np.int64)
@@ -117,18 +118,19 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
 def _draw_targets(
     law: tuple[int, int, int], seed: int, run: int, block: int
 ) -> npt.NDArray[np.int8]:
-    """Return the targets [change, locus] after the changes of a block, from those of the last one.
+    """Return the target [change, locus] after each change of a block.
 
-    `law` is the number of loci, of loci that a change redraws, and of generations between changes.
+    `law`: number of loci, `redrawn_loci`, and `period`. The changes begin with the last target of
+    the previous block, or with 1 at every locus for block 0.
     """
     loci, redrawn_loci, period = law
     target = _draw_targets(law, seed, run, block - 1)[-1] if block else np.ones(loci, np.int8)
     targets = np.tile(target, (CHANGES_PER_BLOCK, 1))
     for change in range(CHANGES_PER_BLOCK):
         generation = (block * CHANGES_PER_BLOCK + change + 1) * period
-        # The draw with index 0 is the luck of an agent in `hinton_nowlan.py`.
+        # [redrawn locus, 4]. Draw 0 is left out, because `hinton_nowlan.py` uses it for agent 0.
         draws = uniforms(seed, run, generation, LIFE, (1, 1 + redrawn_loci))[0, 1:]
-        # Two of the four numbers of each draw are used.
+        # Only two of the four random numbers of a draw are needed.
         for locus_draw, allele_draw in draws[:, :2]:
             targets[change:, int(locus_draw * loci)] = allele_draw < 0.5
     return targets

@@ -1,13 +1,14 @@
-"""The model of numbers that follow a moving optimum, with learning as a share of the distance.
+"""Model of a trait that follows a moving optimum. Learning removes a fraction of the distance.
 
-A genome is one number x. The optimum starts at `jump` and moves by `speed` in each generation. An
-agent that learns removes the share a of its distance d to the optimum. Its fitness is
-exp(-((1 - a)^2 + c a^2) d^2 / (2 width^2)), so learning the distance a d costs as much as a
+A genome has one gene, the trait x. The optimum starts at `jump` and moves by `speed` in each
+generation. An agent at the distance d from the optimum learns the distance a d, where a is the
+setting `learned_share`. The distance (1 - a) d remains. With the setting c (`cost`), the fitness is
+exp(-((1 - a)^2 + c a^2) d^2 / (2 width^2)). Therefore, learning the distance a d costs as much as a
 remaining distance of sqrt(c) a d.
 
-The variation determines how much genetic variance remains. With `infinitesimal`, the variance
-is fixed. With `gaussian`, it is a balance of mutation and selection: a mutation in each birth
-(rate 1), or a rare large one.
+The variation operator determines the genetic variance. With `infinitesimal`, the variance within
+families is constant. With `gaussian`, the variance is a balance of mutation and selection, with a
+small mutation in each birth (`mutation_rate` 1) or with rare large mutations.
 
 References
 ----------
@@ -33,7 +34,7 @@ from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
-    """Return the variance of innate x between agents, as a mean over the second half."""
+    """Return the variance of x at birth between agents, mean over the second half of the run."""
     innate = kit.select_second_half(runs["innate_x"].astype(np.float64))
     return innate.var("agent").mean("generation")
 
@@ -122,7 +123,7 @@ class MovingOptimum(Model, name="moving-optimum"):
         return np.float32(self.initial_std) * kit.draw_normal_numbers(key, agents, self.n_weights())
 
     def optimum(self, generation: int) -> float:
-        """Return the optimum of a generation; the mean of the founders is 0."""
+        """Return the optimum of a generation, in units of x. The mean x of the founders is 0."""
         return self.jump + self.speed * generation
 
     def simulate(
@@ -145,5 +146,5 @@ class MovingOptimum(Model, name="moving-optimum"):
         return self.make_results(energy, records, cost=energy - fitness, learned=learned_x)
 
     def fitness(self, squares: kit.Numbers) -> kit.Numbers:
-        """Return the fitness at squared distances, for an array of any shape."""
+        """Return the fitness at squared distances from the optimum, for an array of any shape."""
         return kit.exponentiate(-squares / (2 * self.width * self.width))

@@ -1,13 +1,14 @@
-"""Base class of all models in which the topology of networks evolves, and the model of XOR.
+"""Base class of all models in which the topology of networks evolves (NEAT), and the model of XOR.
 
     baldwinlab reproduce stanley-miikkulainen-2002
 
-The first solution of a run is the first network that solves the task, in the order of evaluation.
+The first solution of a run is the agent with the smallest index among the agents that solve the
+task in the earliest possible generation.
 
-The exclusive or (XOR) is the first task of NEAT, which needs a hidden node. A network has two
-inputs and a bias. The output must be above 1/2 if exactly one input is 1, and below 1/2 otherwise.
-The questions of a lifetime are the four combinations of the two inputs. Fitness is (4 - e)^2, where
-e is the sum of |answer - correct answer| over the four questions.
+The exclusive or (XOR) is the first task of NEAT. Its solution needs a hidden node. A network has
+two inputs and a bias. The output must be above 1/2 if exactly one input is 1, and below 1/2
+otherwise. In a lifetime, a network answers four questions: the combinations of the two inputs.
+Fitness is (4 - e)^2, where e is the sum of |answer - correct answer| over the four questions.
 
 References
 ----------
@@ -52,7 +53,7 @@ NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
 }
 
 N_OUTPUTS: Final = 1
-# Inputs and correct answers of the exclusive or.
+# Inputs of the four questions of the exclusive or, and the correct answers in the same order.
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 CORRECT_ANSWERS: Final = (0, 1, 1, 0)
 FOUNDER_WEIGHT_RANGE: Any = Field(
@@ -62,7 +63,7 @@ FOUNDER_WEIGHT_RANGE: Any = Field(
     description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
 )
 
-# Function that returns for each agent of the runs whether it solves the task.
+# Function from runs to booleans [run, generation, agent]: whether the agent solves the task.
 Solves = Callable[["xr.Dataset"], "xr.DataArray"]
 
 
@@ -70,7 +71,7 @@ class NetworkModel(Model):
     """Base class of the models in which the topology of networks with one output evolves."""
 
     if TYPE_CHECKING:
-        # Each model declares its settings, because their order is that of its documentation.
+        # Each model declares these settings itself, in the order of the printed settings.
         max_links: int
         founder_weight_range: float
 
@@ -89,20 +90,22 @@ class NetworkModel(Model):
         return count_entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> kit.Genomes:
-        # The bias is an input.
+        # A minimal network has a link from each input and from the bias to the output.
         n_sources = self.n_inputs + 1
         draws = kit.draw_founder_numbers(key, agents, n_sources)[:, 0]
         weights = (2 * draws - 1) * self.founder_weight_range
         graphs = make_minimal_graphs(n_sources, N_OUTPUTS, self.max_links, weights)
-        # A genome has one module.
+        # [agent, 1, entry], because a genome has one module.
         return graphs[:, None]
 
 
 def record_networks(graphs: kit.Genomes) -> Mapping[str, npt.NDArray[Any]]:
     """Return the records of `NETWORK_RECORDS` for genomes [run, agent, entry]."""
+    # [run, agent, link, entry].
     genes = graphs[:, :, HEAD_SIZE:].reshape(*graphs.shape[:2], -1, GENE_SIZE)
     exists = genes[..., INNOVATION] > 0
     return {
+        # Each hidden node has one gene with INNOVATION = TARGET, see `defines_node`.
         "hidden": (exists & (genes[..., INNOVATION] == genes[..., TARGET])).sum(axis=-1),
         "enabled": (exists & (genes[..., ENABLED] > 0)).sum(axis=-1),
         "species": graphs[:, :, SPECIES],
@@ -114,7 +117,8 @@ def measure_solutions(
 ) -> Mapping[str, Measure]:
     """Return the measures of a model whose agents are networks, by name.
 
-    Except for `solved`, measures are NaN for runs without a solution.
+    `recorded`: meanings of further records of the first solution, by name. Without a solution, all
+    measures except `solved` are NaN.
     """
 
     def is_solved(runs: xr.Dataset) -> xr.DataArray:
@@ -123,9 +127,10 @@ def measure_solutions(
     def measure_first_solution(
         quantity: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
     ) -> Callable[[xr.Dataset], xr.DataArray]:
-        """Measure a quantity of the first solution by its position in the order of evaluation."""
+        """Return a measure. `quantity` gets the runs and the index of the first solution [run]."""
 
         def measure(runs: xr.Dataset) -> xr.DataArray:
+            # `argmax` returns the index of the first True.
             positions = _order_by_evaluation(solves(runs)).argmax(axis=1)
             values = xr.DataArray(quantity(runs, positions), {"run": runs["run"]}, "run")
             return values.where(is_solved(runs) == 1)

@@ -1,4 +1,4 @@
-"""The models of double pole balancing with and without velocities, the second task of NEAT.
+"""Models of double pole balancing with and without velocities, the second task of NEAT.
 
     baldwinlab run neat-poles --set evolution.generations=5 neat_poles.max_steps=500 --runs 2
     baldwinlab run stanley-miikkulainen-2002:poles-without-velocities \\
@@ -20,19 +20,20 @@ any target except an input. In each step, all nodes are updated at the same time
 inputs and from the values of nodes in the previous step. The initial values are 0. The value of a
 node without incoming links stays 0.
 
-Its fitness is that of Gruau, which rewards poles at rest: 0.1 t / 1000 + 0.9 f. Here, t is the
-number of balanced steps, up to 1000. f is 0.75 / u, where the unrest u is the sum over the last 100
-steps of |position| + |velocity| of the cart + |angle| + |angular velocity| of the long pole. f is 0
-if t is below 100.
+Without velocities, fitness is that of Gruau, which rewards poles at rest: 0.1 t / 1000 + 0.9 f.
+Here, t is the number of balanced steps, up to 1000. f is 0.75 / u, where the unrest u is the sum
+over the last 100 steps of |position| + |velocity| of the cart + |angle| + |angular velocity| of the
+long pole. f is 0 if t is below 100.
 
-The best network of each generation has two further tests. The first test is whether it balances for
-100,000 steps. If it does, the second test counts the start states, of 625, from which the network
-balances for 1000 steps. A network that balances from at least 200 start states has solved the task.
+The best network of each generation has two further tests. In the first test, the network must
+balance for 100,000 steps. If it succeeds, the second test counts the start states, of 625, from
+which the network balances for 1000 steps. A network that balances from at least 200 start states
+has solved the task.
 
-All numbers of the task without velocities are from memory. The simultaneous update of nodes follows
-the authors' program, from memory. Before the first step, that program repeats the update until the
-output has an input. The share of recurrent links among new links is not in the paper. Our choice is
-to draw any pair of nodes.
+All constants of the task without velocities are from memory. The simultaneous update of nodes
+follows the authors' program, from memory. Unlike this model, that program repeats the update before
+the first step, until the output has an input. The paper does not give the fraction of recurrent
+links among new links. Our choice is to draw any pair of nodes.
 
 References
 ----------
@@ -63,28 +64,28 @@ from baldwinlab.models.pole_balancing import (
 )
 from baldwinlab.parts import Field, LifeResults, Variable
 
-# Initial state. The angle of the long pole is 0.07 rad.
+# Initial state, in the order of `pole_balancing.py`. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
 # Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
-# Constants of Gruau's fitness: 0.1 t / 1000 + 0.9 f, with f = 0.75 / u.
+# Constants of Gruau's fitness: 0.1 t / `max_steps` + 0.9 f, with f = 0.75 / u.
 STEPS_SHARE: Final = 0.1
 REST_SHARE: Final = 0.9
 REST_SCALE: Final = 0.75
-# Values of a start state in each of the four ranges, as shares of the range.
+# Start values as fractions of a range [-limit, limit]: 0 is -limit, 1 is limit.
 START_SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
-# Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
-# directions, of the cart and the long pole.
+# Limits of position (m) and velocity (m/s) of the cart, and of angle (rad) and angular velocity
+# (rad/s) of the long pole.
 START_LIMITS: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
 START_VALUES: Final = [
     [(2 * share - 1) * limit for share in START_SHARES] for limit in START_LIMITS
 ]
-# The short pole is upright and at rest.
+# [state, entry]: the 5^4 combinations. The two last zeros are the short pole, upright and at rest.
 START_STATES: Final = [[*values, 0.0, 0.0] for values in product(*START_VALUES)]
 
 
 class Poles(neat_networks.NetworkModel):
-    """Base class of the models with and without velocities."""
+    """Base class of the two models of pole balancing."""
 
     max_steps: int = Field(
         100_000,
@@ -114,10 +115,7 @@ class Poles(neat_networks.NetworkModel):
         initial_states: Sequence[Sequence[float]],
         max_steps: int,
     ) -> pole_balancing.BalanceResults:
-        """Balance the poles with each network from each initial state.
-
-        `graphs`: (runs, agents, entries).
-        """
+        """Balance the poles with each network [run, agent, entry] from each initial state."""
         n_runs, n_agents = graphs.shape[:2]
         shape = (n_runs, n_agents, len(initial_states))
         results = pole_balancing.BalanceResults(
@@ -169,7 +167,7 @@ class NeatPoles(Poles, name="neat-poles"):
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
-        # [run, agent]: from the single initial state.
+        # [run, agent], because there is one initial state.
         n_steps = results.n_steps[..., 0]
         records = {"solves": n_steps == self.max_steps, **neat_networks.record_networks(graphs)}
         return self.make_results(n_steps.astype(np.float64), records)
@@ -226,17 +224,17 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         trial_results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
-        # [run, agent]: from the single initial state.
+        # [run, agent], because there is one initial state.
         n_steps = trial_results.n_steps[..., 0]
         unrest = trial_results.unrest[..., 0]
         has_rest = (n_steps >= N_UNREST_STEPS) & (unrest > 0)
-        # The term f of the fitness.
+        # The term f of the fitness, 0 without rest.
         rest = np.divide(REST_SCALE, unrest, out=np.zeros_like(unrest), where=has_rest)
         fitness = STEPS_SHARE * n_steps / self.max_steps + REST_SHARE * rest
         endured_steps = np.zeros(n_steps.shape, np.int32)
         n_balanced_starts = np.zeros(n_steps.shape, np.int32)
         for row, best in enumerate(fitness.argmax(axis=1)):
-            # [1, 1, entry]: one run with one agent.
+            # [1, 1, entry]: the best agent of one run.
             champion = graphs[row : row + 1, best : best + 1]
             long_trial = self.balance_networks(champion, [INITIAL_STATE], self.endurance_steps)
             endured_steps[row, best] = long_trial.n_steps.item()

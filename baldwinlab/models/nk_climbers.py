@@ -1,22 +1,22 @@
-"""The model of bit strings that climb an NK landscape during life: guiding and hiding effects.
+"""Model of bit strings that climb an NK landscape during life: guiding and hiding effects.
 
     baldwinlab reproduce mayley-1996
 
-The fitness of a string of N bits is the mean of N numbers from N tables. Bit i and K further bits,
-drawn at random, select the number from table i. Fitness is scaled: the worst string has 0, the best
-string has 1.
+The fitness of a string of N bits is the mean of N table entries, one from each of N tables of
+random numbers. Bit i and K further bits, drawn at random, select the entry of table i. Fitness is
+scaled: the worst string has 0, the best string has 1.
 
 In each trial of a lifetime, one random bit is flipped. The flip remains if it raises the fitness.
 Learned bits are not inherited. Each bit that differs between birth and death can have a cost. Each
-run has a different landscape. The landscapes are the same in all conditions. All founders are the
+run has a different landscape, which is the same in all conditions. All founders of a run are the
 same random string.
 
-The genome determines the share `correlation` of the bits with which learning begins. At the other
-loci, learning begins with a random bit, which is the same in all lives of a run, and learned
-improvements have no counterpart in the genome. Without learning, all bits are those of the genome.
+Learning begins with a string. `correlation` is the fraction of the bits of this string that come
+from the genome. The other bits are random, and the same in all lifetimes of a run. The genes of
+these bits have no effect on learning. Without learning, all bits come from the genome.
 
-The landscape follows Kauffman 1993, learning and its costs follow Mayley. His constants are not
-known, so the constants here are our choice.
+The landscape follows Kauffman 1993. Learning and costs follow Mayley. The constants of Mayley are
+not known, so the constants here are our choice.
 
 References
 ----------
@@ -58,20 +58,20 @@ MAX_BITS: Final = 16
 
 @lru_cache(maxsize=64)
 def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
-    """Return the fitness of all strings of a run.
+    """Return the fitness of all strings of a run, in [0, 1]. The array is read-only.
 
-    Returns fitness by string, read as a binary number, in [0, 1]. The array is read-only.
+    The index is the string as a binary number, see `kit.read_bits`. `n_links` is K.
     """
-    # A table has a number for each combination of a bit and its links.
+    # A table has a random number for each combination of K + 1 bits.
     table_size = 2 ** (n_links + 1)
-    # Row i has the table of bit i (column 0), and an order of all bits (column 1).
+    # `draws[i, :, 0]` is the table of bit i. Sorting `draws[i, :, 1]` gives a random order of bits.
     draws = kit.draw_environment(seed, run, (bits, max(bits, table_size)), LANDSCAPE_STREAM)
     strings = np.arange(2**bits)
     total = np.zeros(2**bits)
     for bit in range(bits):
         order = np.argsort(draws[bit, :bits, 1])
         further_bits = [int(candidate) for candidate in order if candidate != bit][:n_links]
-        # Index in the table, for each string: the bit and the further bits as a binary number.
+        # [string]: index in the table, which is the bit and the further bits as a binary number.
         table_indices = sum(
             ((strings >> index_bit) & 1) << power
             for power, index_bit in enumerate([bit, *further_bits])
@@ -79,7 +79,7 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
         table = draws[bit, :table_size, 0]
         total += table[table_indices]
     fitness: kit.Numbers = (total - total.min()) / (total.max() - total.min())
-    # The array is cached.
+    # All callers get the same cached array, so a caller must not change it.
     fitness.flags.writeable = False
     return fitness
 
@@ -150,7 +150,7 @@ class NKClimbers(Model, name="nk-climbers"):
     learned_distance = "changed"
     learning_amount = "trials"
     lifetime_steps = "trials"
-    # An agent that changes no bit has no cost.
+    # An agent without learning changes no bit, so the cost per bit has no effect.
     settings_without_learning = {"trials": 0, "cost_per_bit": 0.0}
     views = {
         "climb": View(
@@ -193,11 +193,11 @@ class NKClimbers(Model, name="nk-climbers"):
         return np.broadcast_to((draws < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
-        """Return the strings with which agents begin to learn, for strings of genomes."""
+        """Return the strings with which agents begin to learn [agent], for `strings` at birth."""
         n_random = round((1 - self.correlation) * self.bits)
         if n_random == 0 or self.trials == 0:
             return strings.copy()
-        # Column 0 orders the loci, column 1 has the random bits.
+        # [locus, 4]: sorting entry 0 gives a random order of loci, entry 1 gives the random bits.
         draws = kit.draw_environment(seed, run, (1, self.bits), START_STREAM)[0]
         random_loci = np.argsort(draws[:, 0])[:n_random]
         mask = int((1 << random_loci).sum())
@@ -207,7 +207,7 @@ class NKClimbers(Model, name="nk-climbers"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
-        # Bit i of the number of a string is bit i of the string.
+        # A string is an integer: bit i of the integer is bit i of the string.
         bit_masks = 1 << np.arange(self.bits)
         newborn_strings = kit.read_bits(genomes)
         start_strings = np.stack(
@@ -222,7 +222,7 @@ class NKClimbers(Model, name="nk-climbers"):
         draws_shape = (newborn_strings.shape[1], self.trials)
         for row, run in enumerate(runs):
             fitness_of_string = landscape(seed, run, self.bits, self.k)
-            # [agent, trial]: the first of four numbers.
+            # [agent, trial].
             bit_draws = uniforms(seed, run, generation, LIFE, draws_shape)[:, :, 0]
             innate_fitness[row] = fitness_of_string[newborn_strings[row]]
             climb(fitness_of_string, self.bits, bit_draws, strings[row])
@@ -243,8 +243,8 @@ def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> No
     """Flip a bit of each string in each trial, and retain the flip if it raises the fitness.
 
     - `fitness_of_string`: (2**bits,).
-    - `bit_draws` (agents, trials): uniform numbers that select the bits.
-    - `strings` (agents,): they change in place.
+    - `bit_draws` (agents, trials): uniform random numbers that select the bits.
+    - `strings` (agents,): strings as integers, changed in place.
     """
     for agent in range(strings.size):
         for trial in range(bit_draws.shape[1]):

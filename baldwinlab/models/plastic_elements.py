@@ -3,13 +3,14 @@
     baldwinlab reproduce morgan-2020
 
 A genome has one allele for each element of the trait: 1 (innate and right), 0 (innate and wrong),
-or ? (plastic). During life, an agent sets each plastic element in the order of the elements. An
-element can have a prerequisite: an element with a smaller number. The agent sets element i right
-with the probability `success_probabilities[i]` if the prerequisite is right, and never otherwise.
-Fitness is the sum of the weights of all right elements. In a genome, the number 0.5 represents ?.
+or ? (plastic). During life, an agent learns the plastic elements in the order of the elements. An
+element can have a prerequisite, which is an earlier element. If the prerequisite is right, learning
+sets element i right with the probability `success_probabilities[i]`. If the prerequisite is wrong,
+element i stays wrong. Fitness is the sum of the `weights` of all right elements. In a genome, 0.5
+is the allele ?.
 
-The question is that of Morgan, Suchow and Griffiths. We know only the abstracts of their papers, so
-the details and the parameters are our choice.
+The question follows Morgan, Suchow and Griffiths. Only the abstracts of the papers are known to us,
+so the details and the parameters are our choice.
 
 References
 ----------
@@ -32,18 +33,18 @@ from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # The record `innate_elements` has one bit of an int32 for each element.
 MAX_ELEMENTS: Final = 30
-# Differences of predicted selection below this number are rounding.
+# Predictions that differ by less are equal: the difference is a rounding error.
 ROUNDING: Final = 1e-12
 
 
 def find_innate_times(runs: xr.Dataset, n_elements: int) -> kit.Numbers:
-    """Return the first generation in which most agents have each element innately right.
+    """Return the first generation in which most agents have an element innately right.
 
-    Returns (run, element): generations, infinite for an element that does not become innate.
+    Returns [run, element]. Infinity stands for an element that never becomes innate.
     """
     masks = runs["innate_elements"].transpose("run", "generation", "agent").values
     bits = 1 << np.arange(n_elements)
-    # One element at a time, because all of them together need much memory.
+    # [run, generation, element]. The loop over elements needs less memory than one array operation.
     shares = np.stack([((masks & bit) > 0).mean(axis=-1) for bit in bits], axis=-1)
     is_innate = shares > 0.5
     times: kit.Numbers = np.where(is_innate.any(axis=1), is_innate.argmax(axis=1), np.inf)
@@ -51,17 +52,18 @@ def find_innate_times(runs: xr.Dataset, n_elements: int) -> kit.Numbers:
 
 
 def _agreement(runs: xr.Dataset, prediction: kit.Numbers) -> xr.DataArray:
-    """Return the agreement of the order of the elements with a predicted order, for each run.
+    """Return how well `prediction` [element] predicts the order of assimilation, for each run.
 
-    The agreement is Kendall's tau over the pairs of elements with different predictions: concordant
-    minus discordant pairs, divided by all these pairs. The element with the larger prediction is
-    expected first. NaN if all predictions are equal.
+    The result is Kendall's tau over the pairs of elements with different predictions: concordant
+    minus discordant pairs, divided by the number of these pairs. The element with the larger
+    prediction should become innate first. NaN if all predictions are equal.
     """
     times = find_innate_times(runs, prediction.size)
     first, second = np.triu_indices(prediction.size, 1)
     differences = prediction[first] - prediction[second]
     expected = np.where(np.abs(differences) > ROUNDING, np.sign(differences), 0.0)
-    # Two elements that never become innate are no evidence.
+    # 1 if the first element of a pair becomes innate first, -1 for the second element, 0 for a tie.
+    # Two elements that never become innate are a tie: both times are infinite.
     observed = 1.0 * (times[:, second] > times[:, first]) - (times[:, second] < times[:, first])
     n_pairs = np.count_nonzero(expected)
     agreement = observed @ expected / n_pairs if n_pairs else np.full(len(times), np.nan)
@@ -167,26 +169,22 @@ class PlasticElements(Model, name="plastic-elements"):
         return self.make_results(fitness, records, learned=learned)
 
     def expected_fitness(self, genomes: kit.Genomes) -> kit.Numbers:
-        """Return the exact mean fitness over all outcomes of learning.
-
-        `genomes` (..., element): alleles. Returns the shape (...).
-        """
+        """Return the expected fitness [...] of genomes [..., element] over outcomes of learning."""
         successes = np.broadcast_to(self.success_probabilities, genomes.shape)
         fitness: kit.Numbers = self._set_elements(genomes, successes) @ np.asarray(self.weights)
         return fitness
 
     def predicted_selection(self) -> kit.Numbers:
-        """Return the gain in expected fitness if one element of a plastic trait becomes innate.
-
-        Returns the shape (n_elements,).
-        """
+        """Return the gain in expected fitness [element] if this element alone becomes innate."""
+        # [mutant, element]: mutant i has element i innate. All other elements are plastic.
         mutants = np.full((self.n_elements, self.n_elements), kit.UNSET_ALLELE, np.float32)
         plastic_fitness = self.expected_fitness(mutants)
         np.fill_diagonal(mutants, 1)
         return self.expected_fitness(mutants) - plastic_fitness
 
     def all_measures(self) -> dict[str, Measure]:
-        """Return the measures, with those that need the settings of the elements."""
+        """Return the measures, and two more that depend on the settings of the elements."""
+        # Decreasing, because the element with the larger prediction should become innate first.
         numbers = np.arange(self.n_elements, 0, -1).astype(float)
         return super().all_measures() | {
             "order-by-selection": Measure(
@@ -200,12 +198,13 @@ class PlasticElements(Model, name="plastic-elements"):
         }
 
     def _set_elements(self, genomes: kit.Genomes, successes: Any) -> kit.Numbers:
-        """Return whether each element is right, or its probability.
+        """Return 1 for right and 0 for wrong elements [..., element], or probabilities of right.
 
-        `successes` is whether learning succeeds with a prerequisite that is right, or its
-        probability.
+        `successes` [..., element]: whether learning succeeds if the prerequisite is right, or the
+        probability of success. Probabilities give probabilities.
         """
         right = np.where(genomes == 1, 1.0, 0.0)
+        # A prerequisite is an earlier element, counted from 1, so its entry is final. 0 is none.
         for element, prerequisite in enumerate(self.prerequisites):
             if self.learning:
                 needed = right[..., prerequisite - 1] if prerequisite else 1.0

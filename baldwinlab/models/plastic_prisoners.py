@@ -1,24 +1,24 @@
-"""The model of the iterated prisoner's dilemma with moves that change by learning during a match.
+"""Model of the iterated prisoner's dilemma with moves that change by learning during a match.
 
     baldwinlab reproduce suzuki-arita-2004
 
-A strategy is a table with four entries: a move for each pair of moves of the previous round, DD,
-DC, CD and CC. The first letter is the move of the agent, the second letter that of its opponent. C
-is to cooperate, D is to defect. A genome has eight bits: a move for each entry, where 1 is C, and a
-flag for each entry, which is 1 if the entry is plastic.
+C is to cooperate, D is to defect. A strategy is a table with four entries: a move for each pair of
+moves of the previous round, DD, DC, CD and CC. The first letter is the move of the agent, the
+second letter is the move of the opponent. A genome has eight bits: a move for each entry (1 is C),
+then a flag for each entry (1 is plastic).
 
-Meta-Pavlov learning changes a plastic entry after its use. If the opponent cooperated, the entry
-becomes the move that the agent made. Otherwise it becomes the opposite move. A move is inverted
-with a small probability. Each match begins with the strategies at birth. The strategy [x00x]
-defects after DC and CD, and is plastic (x) after DD and CC.
+Meta-Pavlov learning changes a plastic entry after each use. If the opponent cooperated in the
+round, the entry becomes the move that the agent made. Otherwise the entry becomes the opposite
+move. A move is inverted with a small probability. Each match begins with the strategies at birth.
+The strategy [x00x] defects after DC and CD, and is plastic (x) after DD and CC.
 
 Each agent plays against all other agents. Fitness is the expected payoff per round. The current
-tables of both agents and the last pair of moves are a Markov chain. Therefore, the expected payoff
-of each genome against all genomes is computed exactly, backward from the last round. A lifetime
-needs no random numbers.
+tables of both agents and the last pair of moves are the state of a Markov chain. Therefore, the
+expected payoff of each genome against each genome is computed exactly, backward from the last
+round. A lifetime needs no random numbers.
 
 Payoffs, noise, mutation and population are from memory. The length of a match and the assumed moves
-before it are our choice.
+before the first round are our choice.
 
 References
 ----------
@@ -52,14 +52,14 @@ from baldwinlab.parts import (
     View,
 )
 
-# Pairs of moves of the last round, the move of the agent first.
+# Pairs of moves of the last round, the move of the agent first. A pair is also an index: 0 to 3.
 PAIRS: Final = ("DD", "DC", "CD", "CC")
 N_PAIRS: Final = len(PAIRS)
-# Number of genomes. The moves are bits 0 to 3 of a genome's number, the plastic flags bits 4 to 7.
+# Number of genomes. A genome is an integer: bits 0 to 3 are the moves, bits 4 to 7 are the flags.
 N_GENOMES: Final = 256
-# Payoff of each pair: punishment, temptation, sucker's payoff, reward.
+# Payoff of the agent for each pair: punishment, temptation, sucker's payoff, reward.
 PAIR_PAYOFFS: Final = np.array([1.0, 5.0, 0.0, 3.0])
-# Pairs that are assumed before a match, each with the same probability, by `initial_moves`.
+# Indices of the pairs before a match, all with equal probability, by the value of `initial_moves`.
 INITIAL_PAIRS: Final[Mapping[str, tuple[int, ...]]] = {
     "any": (0, 1, 2, 3),
     "defection": (0,),
@@ -67,20 +67,21 @@ INITIAL_PAIRS: Final[Mapping[str, tuple[int, ...]]] = {
 }
 
 _GENOMES = np.arange(N_GENOMES)[:, None]
-# [genome, pair].
+# [genome, pair]: 1 if the entry is plastic, else 0.
 _IS_PLASTIC = (_GENOMES >> np.arange(N_PAIRS, 2 * N_PAIRS)) & 1
 # [genome, pair]: 0 is D, 1 is C, 2 is x.
 _ENTRIES = np.where(_IS_PLASTIC, 2, (_GENOMES >> np.arange(N_PAIRS)) & 1)
-# Names of the strategies. The number of a strategy has a digit to base 3 for each entry.
+# Names of the 81 strategies, for example "x00x". Entry i is digit i, to base 3, of the index of a
+# strategy, and digit 0 is the lowest digit.
 STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=N_PAIRS))
-# Number of the strategy of each genome.
+# [genome]: index of the strategy.
 STRATEGY_OF_GENOME: Final = (_ENTRIES @ 3 ** np.arange(N_PAIRS)).astype(np.int8)
 # Name of the strategy that the paper calls outstanding.
 OUTSTANDING: Final = "x00x"
 
 
 def moves_at_birth(genome: int) -> str:
-    """Return the move of each entry of a genome, such as "DCCD"."""
+    """Return the move of each entry of a genome, for example "DCCD"."""
     return "".join("DC"[genome >> pair & 1] for pair in range(N_PAIRS))
 
 
@@ -88,13 +89,13 @@ def moves_at_birth(genome: int) -> str:
 def compute_payoffs(
     rounds: int, noise: float, learning: bool, initial_moves: str
 ) -> npt.NDArray[np.float64]:
-    """Compute the expected payoff per round of each genome against each genome.
+    """Compute the expected payoff per round [genome, opponent] of each genome, from 0 to 5.
 
-    `rounds`: number of rounds per match. Returns payoff [genome, opponent], from 0 to 5. The array
-    is read-only.
+    `rounds`: number of rounds per match. The array is read-only.
     """
+    # Axes: [genome, opponent, pair].
     genome, opponent, pair = np.ogrid[:N_GENOMES, :N_GENOMES, :N_PAIRS]
-    # The pair with the two moves in the opposite order, as the opponent sees it.
+    # The same pair for the opponent: the two bits are swapped.
     opponent_pair = (pair & 1) << 1 | pair >> 1
     outcomes = []
     for slip, opponent_slip in product((0, 1), repeat=2):
@@ -108,11 +109,10 @@ def compute_payoffs(
             _learn(opponent, opponent_pair, opponent_move, move) if learning else opponent
         )
         next_pair = 2 * move + opponent_move
-        # A state is a number: the two genomes and the last pair of moves.
+        # A state is one integer: the two current genomes and the last pair of moves.
         next_state = (next_genome * N_GENOMES + next_opponent) * N_PAIRS + next_pair
         outcomes.append((probability, PAIR_PAYOFFS[next_pair], next_state))
-    # Expected payoff of the remaining rounds, for each state: both current genomes and the last
-    # pair.
+    # [state]: expected payoff of the remaining rounds. 0 rounds remain at first.
     remaining = np.zeros(N_GENOMES * N_GENOMES * N_PAIRS)
     for _ in range(rounds):
         remaining = np.sum(
@@ -123,14 +123,14 @@ def compute_payoffs(
     first_pairs = INITIAL_PAIRS[initial_moves]
     totals = np.sum([payoff_by_pair[:, :, first_pair] for first_pair in first_pairs], axis=0)
     means: npt.NDArray[np.float64] = totals / (rounds * len(first_pairs))
-    # The array is cached.
+    # All callers get the same cached array, so a caller must not change it.
     means.flags.writeable = False
     return means
 
 
 def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
-    """Return the genome after a round. `pair` is the pair of moves of the previous round."""
-    # The learned move is the opposite of the move if the opponent defected (opponent_move is 0).
+    """Return the genome after a round. `pair`: the previous moves, which select the entry."""
+    # `move` if the opponent cooperated, the opposite move if the opponent defected.
     learned_move = move ^ 1 ^ opponent_move
     is_plastic = (genome >> (N_PAIRS + pair)) & 1
     return np.where(is_plastic, genome & ~(1 << pair) | learned_move << pair, genome)
@@ -138,12 +138,11 @@ def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
 
 @jit_entry_point
 def compute_mean_payoffs(payoff: Any, counts: Any, fitness: Any) -> None:
-    """Compute the mean payoff of each genome against all other agents.
+    """Compute the mean payoff of an agent of each genome against all other agents.
 
     - `payoff`: [genome, opponent].
-    - `counts`: (genomes,).
-    - `fitness` (genomes,): output: the mean payoff. Entries of genomes without agents do not
-      change.
+    - `counts` (genomes,): number of agents.
+    - `fitness` (genomes,): output: the mean payoff, not written for genomes without agents.
     """
     n_agents = 0
     for genome in range(counts.size):
@@ -159,7 +158,7 @@ def compute_mean_payoffs(payoff: Any, counts: Any, fitness: Any) -> None:
 
 @jit_entry_point
 def count_agents(strategies: Any, counts: Any) -> None:
-    """Add the numbers of agents per strategy to `counts` [generation, strategy].
+    """Add the number of agents of each strategy to `counts` [generation, strategy].
 
     `strategies` [generation, agent] is NaN for missing agents, which are not counted.
     """
@@ -170,8 +169,9 @@ def count_agents(strategies: Any, counts: Any) -> None:
 
 
 def count_strategies(runs: xr.Dataset) -> xr.DataArray:
-    """Return the number of agents with each strategy, as (..., generation, strategy)."""
+    """Return the number of agents with each strategy, [..., generation, strategy]."""
     strategies = runs["strategy"].transpose(..., "agent")
+    # `count_agents` needs two axes, so all axes except the agents become one axis.
     counts = np.zeros((strategies.size // strategies.sizes["agent"], len(STRATEGIES)), np.int64)
     count_agents(strategies.values.reshape(len(counts), -1), counts)
     template = strategies.isel(agent=0, drop=True).expand_dims(strategy=list(STRATEGIES), axis=-1)
@@ -179,7 +179,7 @@ def count_strategies(runs: xr.Dataset) -> xr.DataArray:
 
 
 def share_of_plastic_entries(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of plastic entries by generation, or NaN without agents."""
+    """Return the fraction of plastic entries by generation, or NaN without agents."""
     counts = count_strategies(runs)
     plastic_shares = xr.DataArray(
         [strategy.count("x") / 4 for strategy in STRATEGIES], dims="strategy"
@@ -188,9 +188,9 @@ def share_of_plastic_entries(runs: xr.Dataset) -> xr.DataArray:
 
 
 def fall_of_plasticity(runs: xr.Dataset) -> xr.DataArray:
-    """Return the mean share of plastic entries from generation 150 to 500 minus that from 1801 on.
+    """Return the fraction of plastic entries in generations 150 to 500 minus that from 1801 on.
 
-    The value is 0 for a run that ends before generation 150.
+    Both fractions are means over generations. A shorter run counts with its last generation.
     """
     shares = share_of_plastic_entries(runs)
     last = shares.sizes["generation"] - 1
@@ -200,7 +200,7 @@ def fall_of_plasticity(runs: xr.Dataset) -> xr.DataArray:
 
 
 def share_of_outstanding(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of agents with [x00x] by generation, or NaN without agents."""
+    """Return the fraction of agents with [x00x] by generation, or NaN without agents."""
     counts = count_strategies(runs)
     return counts.sel(strategy=OUTSTANDING) / counts.sum("strategy")
 
@@ -208,9 +208,9 @@ def share_of_outstanding(runs: xr.Dataset) -> xr.DataArray:
 def value_at_generation(
     quantity: Callable[[xr.Dataset], xr.DataArray], generation: int
 ) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: a quantity in a generation.
+    """Return a function of runs: a quantity in a generation, or in the last one of a shorter run.
 
-    In shorter runs, it is the quantity in the last generation.
+    `quantity` gets the runs with only this generation.
     """
 
     def measure(runs: xr.Dataset) -> xr.DataArray:
@@ -226,10 +226,10 @@ def is_outstanding_leading(runs: xr.Dataset) -> xr.DataArray:
 
 
 def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 if [x00x] is the most frequent strategy, -1 if its main rival is, else 0.
+    """Return 1 if [x00x] is the most frequent strategy, -1 if the main rival is, else 0.
 
-    The main rival is the strategy that leads in the largest number of runs in which [x00x] does
-    not.
+    The main rival is the most frequent strategy in the largest number of runs. Runs in which [x00x]
+    is the most frequent strategy do not count.
     """
     leading = count_strategies(runs).idxmax("strategy")
     competitors = leading.values[leading.values != OUTSTANDING]
@@ -238,13 +238,14 @@ def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
     return (leading == OUTSTANDING).astype(float) - (leading == main_rival)
 
 
-# Number of most frequent genomes in the view of payoffs.
+# Maximum number of genomes in the view of payoffs: the most frequent genomes.
 N_SHOWN_GENOMES: Final = 8
 
 
 def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> MatrixView:
     """Return the payoffs between the most frequent genomes of a generation."""
     counts = np.bincount(kit.read_bits(genomes), minlength=N_GENOMES)
+    # A stable sort lists equally frequent genomes in ascending order.
     most_frequent = [
         int(genome)
         for genome in np.argsort(-counts, kind="stable")[:N_SHOWN_GENOMES]
@@ -283,7 +284,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     defaults = {
         "population": {"size": 1000},
         "evolution": {"generations": 2001, "variation": "bit-flips", "mutation_rate": 1 / 1500},
-        # The assay `innate` simulates these generations, so it need not reproduce any.
+        # The assay `innate` simulates these generations, so no other genomes are recomputed.
         "record": {"genome_every": 21},
     }
     payoff = "mean payoff per round"
@@ -354,7 +355,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
-        # [run, agent].
+        # [run, agent]: genomes as integers.
         genome_numbers = kit.read_bits(genomes)
         payoffs = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
         fitness_of_genome = np.zeros(N_GENOMES)

@@ -1,8 +1,8 @@
-"""Balance of two poles on a cart by networks, in compiled code.
+"""Balance of two poles on a cart by networks, in compiled code. `neat_poles.py` calls `balance`.
 
-A force moves the cart along a track. A state has six entries, in m, rad and s: position and
-velocity of the cart, angle and angular velocity of the long pole, angle and angular velocity of the
-short pole. Track, lengths, masses and steps follow Stanley and Miikkulainen 2002, section 4.3.
+A force moves the cart along a track. A state has six entries: position (m) and velocity (m/s) of
+the cart, angle (rad) and angular velocity (rad/s) of the long pole, angle and angular velocity of
+the short pole. Track, lengths, masses and steps follow Stanley and Miikkulainen 2002, section 4.3.
 
 References
 ----------
@@ -26,10 +26,10 @@ from baldwinlab.models.neat_networks import N_OUTPUTS
 STATE_SIZE: Final = 6
 # Indices of the entries of a state.
 CART_POSITION, CART_VELOCITY, LONG_ANGLE, LONG_VELOCITY, SHORT_ANGLE, SHORT_VELOCITY = range(6)
-# Index of the angle and of the angular velocity of each pole.
+# Indices of the angles and of the angular velocities: long pole, short pole.
 ANGLES: Final = (LONG_ANGLE, SHORT_ANGLE)
 ANGULAR_VELOCITIES: Final = (LONG_VELOCITY, SHORT_VELOCITY)
-# Number of rows of the workspace of `move`: the state, a point, and the slopes at four stages.
+# Number of rows of the workspace of `move`: state, intermediate state, derivatives at four stages.
 WORKSPACE_ROWS: Final = 6
 # Limit of the position in both directions, in m.
 MAX_POSITION = 2.4
@@ -39,11 +39,11 @@ MAX_ANGLE = 36 * np.pi / 180
 CART_MASS = 1.0
 # Masses of the poles, in kg.
 POLE_MASSES = (0.1, 0.01)
-# Half of the lengths of the poles, in m. The lengths are 1 m and 0.1 m.
+# Half of the lengths of the poles, in m: the long pole has 1 m, the short pole 0.1 m.
 POLE_HALF_LENGTHS = (0.5, 0.05)
 # Largest force, in N.
 MAX_FORCE = 10.0
-# Acceleration, in m/s^2.
+# Gravitational acceleration, in m/s^2. It is negative, as in Wieland's equations.
 GRAVITY = -9.8
 # Friction coefficient of a hinge.
 HINGE_FRICTION = 2e-6
@@ -68,12 +68,12 @@ def is_balanced(state: Any) -> bool:
 
 @compiled
 def move(state: Any, applied_force: float, step: float, friction: float, workspace: Any) -> None:
-    """Do one step of the fourth-order Runge-Kutta method.
+    """Change `state` by one step of the fourth-order Runge-Kutta method.
 
-    `state` is row 0 of `workspace` [6, 6], or another array. The other rows are overwritten.
+    `workspace` [6, 6]: `state` can be row 0. The other rows are overwritten.
     """
     point = workspace[1]
-    # The derivatives at the four stages of the method.
+    # [stage, entry]: the derivatives at the four stages of the method.
     slopes = workspace[2:6]
     _compute_slope(state, applied_force, friction, slopes[0])
     for stage in range(1, 4):
@@ -89,7 +89,7 @@ def move(state: Any, applied_force: float, step: float, friction: float, workspa
 
 @compiled
 def _compute_slope(state: Any, applied_force: float, friction: float, slope: Any) -> None:
-    """Fill `slope` with the time derivative of a state (Wieland 1991)."""
+    """Fill `slope` [entry] with the time derivative of a state (Wieland 1991)."""
     force = applied_force
     mass = CART_MASS
     for pole in range(2):
@@ -121,8 +121,7 @@ def _compute_slope(state: Any, applied_force: float, friction: float, slope: Any
 def compute_sine(angle: float) -> float:
     """Compute the sine of an angle in [-1.5, 1.5], with an error below 1e-15.
 
-    The function uses only products and sums, because the sine of the C library differs between
-    machines.
+    The function is a polynomial, because the sine of the C library differs between machines.
     """
     return angle * polynomial(angle * angle, SINE_COEFFICIENTS)
 
@@ -133,9 +132,9 @@ def compute_cosine(angle: float) -> float:
     return polynomial(angle * angle, COSINE_COEFFICIENTS)
 
 
-# Divisors of the state, which give the inputs.
+# Divisor of each entry of a state. The quotient is the input of a network.
 INPUT_SCALES: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
-# Number of final steps of a trial over which the unrest is added up.
+# Number of last steps of a trial over which the unrest is added up, see `BalanceResults`.
 N_UNREST_STEPS: Final = 100
 # A link has three entries: the rows of its source and its target, and its weight.
 LINK_SOURCE, LINK_TARGET, LINK_WEIGHT = range(3)
@@ -143,7 +142,7 @@ LINK_SIZE: Final = 3
 
 
 class BalanceSettings(NamedTuple):
-    """Settings that all networks share."""
+    """Settings that are the same for all networks."""
 
     # Indices of the entries of a state that the network senses.
     sensed_entries: npt.NDArray[np.int64]
@@ -156,14 +155,14 @@ class BalanceSettings(NamedTuple):
 class BalanceScratch(NamedTuple):
     """Arrays that are used again for each network."""
 
-    # float32 [2, node]: the current values of nodes, and the values that links read.
+    # [2, node]: values of nodes (0), and the values that links of recurrent networks read (1).
     values: npt.NDArray[np.float32]
-    # float32 [2, link, (source, target, weight)]: the links in the order of the genome, and in the
-    # order of their evaluation.
+    # [2, link, (source, target, weight)]: links in the order of the genome (0), and in the order of
+    # evaluation (1).
     links: npt.NDArray[np.float32]
-    # float64 [6, entry]: the state, and rows for `move`.
+    # [6, entry]: the state, and rows for `move`.
     workspace: npt.NDArray[np.float64]
-    # float64 [step]: unrest in the last steps.
+    # [step modulo `N_UNREST_STEPS`]: unrest in the last steps.
     recent_unrest: npt.NDArray[np.float64]
 
 
@@ -216,9 +215,9 @@ def balance(
 
 @compiled
 def _init_trial(initial_state: Any, has_loops: bool, scratch: BalanceScratch) -> None:
-    """Set the initial state and the initial values of nodes.
+    """Set the initial state and the initial values of nodes: 0 in recurrent networks, else 1/2.
 
-    A node without links has the value 1/2. In recurrent networks, all initial values are 0.
+    A node without incoming links keeps the initial value.
     """
     state = scratch.workspace[0]
     for entry in range(STATE_SIZE):
@@ -238,6 +237,7 @@ def _balance_once(
     """Return the number of steps until the cart leaves its track or a pole falls."""
     state = scratch.workspace[0]
     values = scratch.values[0]
+    # In recurrent networks, links read the values of the previous step from a separate array.
     sources = scratch.values[1 if settings.has_loops else 0]
     step = 0
     while step < settings.max_steps and is_balanced(state):
@@ -255,13 +255,14 @@ def _balance_once(
         if settings.has_loops:
             for node in range(values.size):
                 sources[node] = values[node]
+        # Two time steps of 0.01 s for each output of the network.
         move(state, applied_force, TIME_STEP, HINGE_FRICTION, scratch.workspace)
         move(state, applied_force, TIME_STEP, HINGE_FRICTION, scratch.workspace)
         if is_balanced(state):
-            # The two sums fix the order of the additions, on which rounding depends.
+            # Rounding depends on the order of additions. Two separate sums fix this order.
             cart_unrest = abs(state[CART_POSITION]) + abs(state[CART_VELOCITY])
             pole_unrest = abs(state[LONG_ANGLE]) + abs(state[LONG_VELOCITY])
-            # The array has the last `N_UNREST_STEPS` steps: a new step replaces the oldest one.
+            # A new step overwrites the entry of the step `N_UNREST_STEPS` earlier.
             scratch.recent_unrest[step % N_UNREST_STEPS] = cart_unrest + pole_unrest
             step += 1
     return step
@@ -276,17 +277,17 @@ def order_links(
     ordered_links: Any,
     is_ordered: Any,
 ) -> int:
-    """Order the enabled links by their evaluation, and return their number.
+    """Copy the enabled links in the order of evaluation, and return the number of copied links.
 
-    Without loops, a link is after all links to its source. Links to the same node are adjacent, in
-    the order of the genome.
+    Without loops, a link comes after all links to its source node. All links to one node are
+    adjacent, in the order of the genome. Rows are indices of `BalanceScratch.values`.
 
     - `graph` (entries,): the network.
     - `n_inputs`: number of inputs without the bias.
     - `has_loops`: whether networks may be recurrent.
     - `unordered_links` (links, 3): scratch.
     - `ordered_links` (links, 3): output: source row, target row and weight of each link.
-    - `is_ordered` (rows,): scratch: 1 for inputs and for nodes whose links are ordered, else 0.
+    - `is_ordered` (rows,): scratch: 1 for inputs and for nodes whose links are copied, else 0.
     """
     n_links = list_links(graph, n_inputs, N_OUTPUTS, is_ordered.size, unordered_links)
     n_ordered = 0
@@ -311,7 +312,7 @@ def order_links(
 
 @compiled
 def _has_ordered_sources(unordered_links: Any, n_links: int, row: int, is_ordered: Any) -> bool:
-    """Return whether the links to all source nodes of a node are ordered."""
+    """Return whether `is_ordered` is 1 for all source nodes of the node `row`."""
     has_ordered_sources = True
     for link in range(n_links):
         source = int(unordered_links[link, LINK_SOURCE])
@@ -331,11 +332,11 @@ def activate_once(
     sources: Any,
     values: Any,
 ) -> Any:
-    """Update the values of all nodes with links, and return the output, in (0, 1).
+    """Update `values` [row] of all nodes with incoming links, and return the output, in (0, 1).
 
-    Links read their inputs from `sources` [row]. In feed-forward networks, `sources` is `values`.
-    In recurrent networks, `sources` has the values of the previous step and the current inputs. The
-    row of the bias is -1.
+    Links read the values of source nodes from `sources` [row]. In feed-forward networks, `sources`
+    is the array `values`. In recurrent networks, `sources` has the values of the previous step and
+    the current inputs. A source of -1 is the bias, which is 1.
     """
     for row in range(sensed_entries.size):
         entry = sensed_entries[row]

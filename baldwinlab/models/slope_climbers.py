@@ -2,15 +2,15 @@
 
     baldwinlab reproduce paenke-2007
 
-A genome is one number x with the innate fitness f(x) = exp(slope * x + curvature * x^2 / 2). The
-logarithm of fitness is convex if `curvature` is above 0, linear if it is 0, and concave if it is
-below 0. An agent that learns has the fitness f(x + step).
+A genome has one gene x with the innate fitness f(x) = exp(slope * x + curvature * x^2 / 2). The
+logarithm of fitness is convex for `curvature` > 0, linear for 0, and concave for `curvature` < 0.
+An agent that learns has the fitness f(x + step).
 
 The gain function is g(x) = f(x + step) / f(x). Learning accelerates evolution where g increases
-with x, and slows evolution where g decreases. In this model, log g(x) is
-a constant plus step * curvature * x.
+with x, and slows evolution where g decreases. In this model, log g(x) = constant + step * curvature
+* x.
 
-The papers do not give the population size, its standard deviation and the mutation: we chose them.
+Population size, standard deviation of x and mutation are not in the papers and are our choice.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""Trips of agents in T-mazes, and the change of their synapses."""
+"""Trips of the agents of `t_mazes.py`, and changes of synapses in the steps of a trip."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import clamp
 
 N_INPUTS: Final = 5
-# Indices of the inputs.
+# Indices of the inputs. The first three are 1 at a turning point, at an end and at home.
 TURNING, END, HOME, REWARD, BIAS = range(N_INPUTS)
-# Position at which only the bias input is 1.
+# This value instead of an index stands for a corridor, where only the bias input is 1.
 CORRIDOR: Final = -1
 # Number of genes of the learning rule, after the genes of the weights: A, B, C, D and the rate.
 N_RULE_GENES: Final = 5
-# Limits of a weight and of the rate. A gene is a share of the limit.
+# Largest absolute values of a weight and of the rate.
 MAX_WEIGHT = np.float32(10)
 MAX_RATE = np.float32(100)
 # Indices of the counted events of trips: high reward, low reward, crash, lost on the way home.
 HIGH, LOW, CRASHES, LOST = range(4)
-# Indices of the settings: numbers of neurons and of modulatory neurons, whether synapses change,
-# period of the reset of activations, number of turning points, whether to return home, and number
-# of trips.
+# Indices of the settings: number of all neurons, number of modulatory neurons, 1 if synapses
+# change, period of the reset of activations, number of turning points, 1 if agents must return
+# home, and number of trips.
 NEURONS, MODULATORY, PLASTICITY, RESET_PERIOD, TURNING_POINTS, HOMING, TRIPS = range(7)
 # Periods after which activations are reset, see `TMazes.memory`.
 STEP, TRIP, LIFETIME = range(3)
 ZERO, ONE, TWO = (np.float32(number) for number in range(3))
-# An output above the threshold is a turn to the right, below minus the threshold to the left.
+# The agent turns right if the output is above the threshold, left if it is below -threshold.
 TURN_THRESHOLD = np.float32(1 / 3)
 # Input in which an agent senses the low reward.
 LOW_REWARD_INPUT = np.float32(0.2)
@@ -41,18 +41,19 @@ def explore(
 ) -> None:
     """Simulate the trips of all agents.
 
-    - `settings` (7,): in the order of `NEURONS`, `MODULATORY`, `PLASTICITY`, `RESET_PERIOD`,
-      `TURNING_POINTS`, `HOMING` and `TRIPS`.
+    The number of slots is the number of trips, or 1. Each trip has its own slot, or all share one.
+
+    - `settings` (7,): in the order of the indices `NEURONS` to `TRIPS`.
     - `mazes` (runs, 3): mazes, as returned by `TMazes.maze`.
-    - `weights` (runs, agents, weights): they change in place as agents learn.
-    - `values` (inputs + neurons,): scratch.
-    - `events` (4,): scratch.
-    - `counts` (runs, agents, slots, 4): output: the number of events by trip. The last slot has the
-      sum of the remaining trips.
-    - `actions` (slots, positions): output: the actions of the last simulated agent.
+    - `weights` (runs, agents, weights): weights, changed in place by learning, then the rule genes.
+    - `values` (inputs + neurons,): scratch: activations of inputs and neurons.
+    - `events` (4,): scratch: the events of the current trip.
+    - `counts` (runs, agents, slots, 4): output: number of events per slot.
+    - `actions` (slots, steps): output: action in each step of a trip of the last simulated agent.
     """
     values[:] = ZERO
-    # An agent without memory between trips repeats its actions while the high reward does not move.
+    # Without learning and without memory between trips, an agent repeats the actions and events of
+    # the previous trip while the high reward does not move.
     is_memoryless = settings[PLASTICITY] == 0 and settings[RESET_PERIOD] != LIFETIME
     for run in range(mazes.shape[0]):
         for agent in range(weights.shape[1]):
@@ -62,6 +63,7 @@ def explore(
                 high = high_reward_end(mazes[run], trip)
                 has_moved = trip == 0 or high != high_reward_end(mazes[run], trip - 1)
                 if is_memoryless and not has_moved:
+                    # `slot - 1` is the previous trip. With a single slot, the copy has no effect.
                     for position in range(actions.shape[1]):
                         actions[slot, position] = actions[max(slot - 1, 0), position]
                 else:
@@ -69,6 +71,7 @@ def explore(
                         _reset_activations(values)
                     events[:] = 0
                     _make_trip(settings, high, weights[run, agent], values, events, actions[slot])
+                    # At home, the agent only updates neurons and synapses. The action is not used.
                     _choose_action(settings, weights[run, agent], values, HOME, ZERO)
                 for kind in range(events.size):
                     counts[run, agent, slot, kind] += events[kind]
@@ -76,7 +79,7 @@ def explore(
 
 @compiled
 def high_reward_end(maze: Any, trip: Any) -> int:
-    """Return the end that has the high reward in a trip. `maze` is as returned by `TMazes.maze`."""
+    """Return the index of the end with the high reward in a trip. `maze`: see `t_mazes.Maze`."""
     first_end = maze[0]
     change = maze[1]
     second_end = maze[2]
@@ -93,12 +96,13 @@ def _reset_activations(values: Any) -> None:
 def _make_trip(
     settings: Any, high: Any, weights: Any, values: Any, counts: Any, actions: Any
 ) -> None:
-    """Simulate one trip.
+    """Simulate one trip. Fill `actions` [step] up to a crash, and add the events to `counts` [4].
 
-    The positions are a corridor and a turning point for each turn, then the end. On the way back,
-    the same positions follow in reverse order, then home.
+    Each way has a step in a corridor and a step at a turning point for each turn. The way out ends
+    with a step at the end, the way back with a step at home. `high`: end with the high reward. The
+    variable `position` is the index of the step.
     """
-    # Number of positions before the end.
+    # Number of steps before the end.
     n_outbound = 2 * settings[TURNING_POINTS]
     end = 0
     for position in range(n_outbound):
@@ -106,11 +110,12 @@ def _make_trip(
         actions[position] = _choose_action(
             settings, weights, values, TURNING if is_turning_point else CORRIDOR, ZERO
         )
+        # An agent must go straight on in a corridor, and must turn at a turning point.
         if (actions[position] != 0) != is_turning_point:
             counts[CRASHES] += 1
             return
         if is_turning_point:
-            # A binary digit of the end: 0 for left, 1 for right.
+            # The index of the end in binary: each turn appends the digit 0 (left) or 1 (right).
             end = 2 * end + (actions[position] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
     actions[n_outbound] = _choose_action(
@@ -122,24 +127,25 @@ def _make_trip(
             actions[position] = _choose_action(
                 settings, weights, values, TURNING if is_turning_point else CORRIDOR, ZERO
             )
-            # The last digit of the end is the turn at this turning point on the way out. An agent
-            # that turned left (digit 0) must turn right (1) on the way back.
+            # The last binary digit of `end` is the turn on the way out: 0 left, 1 right. The agent
+            # must turn in the opposite direction: action 1 after 0, action -1 after 1.
             return_turn = 1 - 2 * (end & 1)
             required_action = return_turn if is_turning_point else 0
             if actions[position] != required_action:
                 counts[LOST] += 1
                 return
             if is_turning_point:
-                # The next turning point has the preceding digit.
+                # Remove the digit of this turning point.
                 end //= 2
         actions[2 * n_outbound + 1] = 0
 
 
 @compiled
 def _choose_action(settings: Any, weights: Any, values: Any, position: Any, reward: Any) -> int:
-    """Update the network at a position and return the action: 1 right, -1 left, 0 straight on.
+    """Update the network in one step and return the action: 1 right, -1 left, 0 straight on.
 
-    `position` is the index of the input that is 1, or `CORRIDOR`.
+    `position` is the index of the input that is 1 at the place of the agent: `TURNING`, `END` or
+    `HOME`. It is `CORRIDOR` if only the bias is 1. `reward` is the value of the reward input.
     """
     neurons = settings[NEURONS]
     modulatory = settings[MODULATORY]
@@ -149,6 +155,7 @@ def _choose_action(settings: Any, weights: Any, values: Any, position: Any, rewa
     if settings[RESET_PERIOD] == STEP:
         _reset_activations(values)
     for neuron in range(neurons):
+        # Index of the weight from input 0 to this neuron.
         first = neuron * values.size
         from_inputs = _sum_weighted_sources(weights, first, values, 0, N_INPUTS)
         first_standard = N_INPUTS + modulatory
@@ -165,7 +172,7 @@ def _choose_action(settings: Any, weights: Any, values: Any, position: Any, rewa
 
 @compiled
 def _sum_weighted_sources(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
-    """Return the weighted sum of some sources of a neuron whose weights begin at `first`."""
+    """Return the sum over sources `begin` to `end` - 1, weighted by `weights[first + source]`."""
     total = ZERO
     for source in range(begin, end):
         total += weights[first + source] * values[source]
@@ -180,8 +187,8 @@ def _activate(total: Any) -> Any:
 
 @compiled
 def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -> None:
-    """Update each synapse from an input or a standard neuron, gated by the modulatory neurons."""
-    # The genes of the learning rule follow those of the weights.
+    """Update each synapse from an input or a standard neuron by the rule in `t_mazes.py`."""
+    # The learning rule comes after the weights.
     rule = neurons * values.size
     a = weights[rule]
     b = weights[rule + 1]
@@ -192,6 +199,7 @@ def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -
         first = neuron * values.size
         y = values[N_INPUTS + neuron]
         modulation = _sum_weighted_sources(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
+        # Without modulatory neurons, the factor tanh(m / 2) of the rate is 1.
         gate = rate * _activate(modulation) if modulatory > 0 else rate
         for begin, end in ((0, N_INPUTS), (N_INPUTS + modulatory, values.size)):
             for source in range(begin, end):

@@ -1,19 +1,20 @@
-"""The model of T-mazes in which the high reward moves, and of networks with plastic synapses.
+"""Model of T-mazes in which the high reward moves, and of networks with plastic synapses.
 
     baldwinlab reproduce soltoggio-2008
 
 A lifetime is a hundred trips. A trip goes from home along a corridor to a turning point, then left
 or right, to an end of the maze. In the double maze, a trip passes two turning points. One end has a
-reward of 1, the other ends have 0.2. The high reward moves once in a lifetime, near its middle. The
-agent goes straight on if the output is within 1/3 of 0, otherwise right or left. A wrong action in
-a corridor or at a turning point is a crash, which costs 0.4 and ends the trip. With `homing`, the
-agent must also return home. Otherwise it loses 0.3.
+reward of 1, the other ends have 0.2. The high reward moves once, near the middle of a lifetime. The
+agent goes straight on if the output is from -1/3 to 1/3, right if it is larger, and left if it is
+smaller. A wrong action in a corridor or at a turning point is a crash, which costs 0.4 and ends the
+trip. With `homing`, the agent must also return home. A wrong action on the way back costs 0.3 and
+ends the trip.
 
-Three inputs are 1 at a turning point, at an end, and at home. The fourth input is the reward, and
-the fifth is always 1. The activation of a neuron is tanh(a / 2), where a is the weighted sum of the
-inputs and of the latest values of the standard neurons. The modulatory neurons are updated first,
-then the standard neurons, the output last. After each step, each synapse from an input or a
-standard neuron with the activation x to a neuron with the activation y changes by
+The first input is 1 at a turning point, the second at an end, and the third at home. The fourth
+input is the reward. The fifth is always 1. The activation of a neuron is tanh(a / 2), where a is
+the weighted sum of the inputs and of the latest values of the standard neurons. The modulatory
+neurons are updated first, then the standard neurons, the output last. After each step, each synapse
+from an input or a standard neuron (activation x) to a neuron (activation y) changes by
 
     tanh(m / 2) rate (A x y + B x + C y + D)
 
@@ -21,10 +22,10 @@ where m is the sum of the signals that the neuron receives from modulatory neuro
 modulatory neurons, the factor tanh(m / 2) is 1. Weights are limited to [-10, 10].
 
 The rule, the rewards and the trips are from memory. Our choices are as follows. The number of
-neurons is given and all neurons are connected; in the paper, neurons are inserted, duplicated and
-deleted. Synapses from modulatory neurons do not change. Activations are reset after each trip (the
-setting `memory`), so only weights carry information between trips. A position takes one step. All
-agents of a generation of a run have the same maze.
+neurons is a setting and all neurons are connected. (In the paper, mutations insert, duplicate and
+delete neurons.) Synapses from modulatory neurons do not change. Activations are reset after each
+trip (the setting `memory`), so only weights carry information between trips. Each corridor, turning
+point and end takes one step. All agents of a generation of a run have the same maze.
 
 The module `t_maze_trips` has the mazes and the networks.
 
@@ -74,47 +75,47 @@ from baldwinlab.parts import (
 RESET_PERIODS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
 # Maximum number of trips in a view.
 MAX_SHOWN_TRIPS: Final = 1000
-# Limits of the time at which the high reward moves, in percent of the lifetime.
+# Limits of the trip before which the high reward moves, in percent of the trips of a lifetime.
 EARLIEST_CHANGE_PERCENT: Final = 35
 LATEST_CHANGE_PERCENT: Final = 65
 # Rewards and costs of the events of trips.
 LOW_REWARD: Final = 0.2
 CRASH_COST: Final = 0.4
 LOST_COST: Final = 0.3
-# Action at a position of a trip that the agent does not reach.
+# Entry of `actions` for a step that a trip does not reach.
 NOT_REACHED: Final = -2
-# Quarter turns clockwise from the right.
+# Heading up. A heading is a number of quarter turns clockwise from the right.
 UP_HEADING: Final = 3
 # Change of row and column in a step, by heading.
 STEP_BY_HEADING: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
-# Number of columns of a maze, with walls at the edges. Home is in the middle.
+# Number of columns of a maze, with walls at the edges. Home is in the middle column.
 MAZE_COLUMNS: Final = 7
 HOME_COLUMN: Final = 3
-# Kinds of cells in the view of trips.
+# Kinds of cells in the view of trips, in the order of `cell_colors`.
 WALL_CELL: Final = 1
 HIGH_CELL: Final = 2
 LOW_CELL: Final = 3
 
 
 class Maze(NamedTuple):
-    """Ends of the maze with the high reward, numbered from 0."""
+    """Ends of the maze with the high reward, as indices. Only left turns lead to end 0."""
 
     # End that has the high reward first.
     first_end: int
-    # Trip before which the high reward moves.
+    # Index of the first trip with the high reward at `second_end`.
     change: int
     # End to which the high reward moves.
     second_end: int
 
 
 class MazeResults(NamedTuple):
-    """Results of lifetimes, and the actions of the last trips."""
+    """Results of lifetimes. `TMazes.explore` describes slots."""
 
-    # [run, agent, weight]: the genes at death.
+    # [run, agent, weight]: genes at death, from -1 to 1.
     learned: npt.NDArray[np.float32]
-    # [run, agent, slot, 4]: the events of each trip, or of all trips if there is one slot.
+    # [run, agent, slot, event]: number of events, in the order HIGH, LOW, CRASHES, LOST.
     counts: kit.Integers
-    # [slot, position] of one agent: -1 left, 0 straight on, 1 right, or NOT_REACHED.
+    # [slot, step] of the last agent: -1 left, 0 straight on, 1 right, or NOT_REACHED.
     actions: kit.Integers
 
 
@@ -126,11 +127,11 @@ def total_reward(counts: kit.Integers) -> kit.Numbers:
 
 
 def _trace_trip(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return row, column and heading at home and after each action."""
+    """Return (row, column, heading) at home and after each action. `turns`: turning points."""
     row = 2 * turns + 1
     column = HOME_COLUMN
     heading = UP_HEADING
-    # Each turn has a corridor and a turning point before the end.
+    # Index of the step at the end. Each turn has a corridor and a turning point before the end.
     end_position = 2 * turns
     n_positions_per_way = end_position + 1
     path = [(row, column, heading)]
@@ -138,7 +139,7 @@ def _trace_trip(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]
         if position == n_positions_per_way:
             # The agent turns around at the end.
             heading = (heading + 2) % 4
-        # The last corridor before an end or home has no position. The agent does not turn there.
+        # The last corridor before an end or home has no step. The move is two cells long instead.
         has_corridor = position % n_positions_per_way == end_position
         n_cells = 2 if has_corridor else 1
         turn = 0 if has_corridor else action
@@ -153,7 +154,7 @@ def _draw_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
     """Return the content of each cell [row, column] if the end `high` has the high reward."""
     paths = []
     for route in product((-1, 1), repeat=turns):
-        # Straight on in each corridor and at the end.
+        # The action 0 is straight on, in each corridor and at the end.
         actions = [action for turn in route for action in (0, turn)] + [0]
         paths.append(_trace_trip(turns, actions))
     maze = np.full((2 * turns + 3, MAZE_COLUMNS), WALL_CELL, np.uint8)
@@ -169,7 +170,7 @@ def _draw_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
 
 
 def _view_trips(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> GridView:
-    """Return the trips of an agent in its maze. A corridor connects home, turns and ends."""
+    """Return the trips of an agent in the maze, one frame per entry of `_trace_trip`."""
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     agent_genome = genomes[None, [agent]]
     results = model.explore(
@@ -182,13 +183,13 @@ def _view_trips(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> Gr
     paths = [_trace_trip(turns, trip[trip != NOT_REACHED].tolist()) for trip in results.actions]
     n_frames = [len(path) for path in paths]
     counts = results.counts[0, 0]
-    # Without the costs of crashes and of lost agents, shown from the step at the end of the maze.
-    # Position of the end: each turn has a corridor and a turning point before it.
+    # The frames up to the end show 0, later frames the reward of the end without costs. Frame 0 is
+    # at home, and frame i follows step i - 1. Step 2 * turns is at the end.
     gained = [
         np.where(np.arange(count) > 2 * turns, reward, 0.0)
         for count, reward in zip(n_frames, total_reward(counts * [1, 1, 0, 0]), strict=True)
     ]
-    # The last step of a trip shows its total reward.
+    # The last frame of a trip shows the total reward, with costs.
     for trip_gained, reward in zip(gained, total_reward(counts), strict=True):
         trip_gained[-1] = reward
     row, column, heading = np.concatenate(paths).T
@@ -204,11 +205,13 @@ def _view_trips(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> Gr
 
 
 def _view_returns(model: TMazes, key: Any, genomes: kit.Genomes, agent: int) -> PathView:
+    """Return the total reward after each trip, for an agent and for all agents."""
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     results = model.explore(
         key.seed, [key.run], key.generation, genomes[None], trips=trips, slots=trips
     )
     counts = results.counts[0]
+    # [agent, trip]: the total reward is 0 before the first trip.
     returns = np.pad(total_reward(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
     lines = {
         f"agent {agent}": returns[agent],
@@ -281,11 +284,11 @@ class TMazes(Model, name="t-mazes"):
 
     @property
     def steps(self) -> int:
-        """Return the number of positions of all trips without a crash, home included."""
-        # A way has a corridor and a turning point for each turn.
+        """Return the number of steps of a lifetime without crashes, with the steps at home."""
+        # Each turn has a step in a corridor and a step at a turning point, on each way.
         n_positions_per_way = 2 * self.turning_points
         n_ways = 2 if self.homing else 1
-        # The end and home are two more positions.
+        # The end and home are two more steps.
         return self.trips * (n_positions_per_way * n_ways + 2)
 
     @property
@@ -309,7 +312,7 @@ class TMazes(Model, name="t-mazes"):
         earliest = self.trips * EARLIEST_CHANGE_PERCENT // 100
         latest = self.trips * LATEST_CHANGE_PERCENT // 100
         change = earliest + int(change_draw * (latest - earliest + 1))
-        # Any end except the first.
+        # A random end except the first end.
         second_end = (first_end + 1 + int(second_draw * (n_ends - 1))) % n_ends
         return Maze(first_end=first_end, change=change, second_end=second_end)
 
@@ -318,7 +321,7 @@ class TMazes(Model, name="t-mazes"):
     ) -> LifeResults:
         results = self.explore(seed, runs, generation, genomes, trips=self.trips, slots=1)
         counts = results.counts
-        # One slot has the sum of all trips.
+        # The single slot has the events of all trips.
         rewards = total_reward(counts[:, :, 0])
         records = {
             "high": counts[..., 0, HIGH] / self.trips,
@@ -336,16 +339,16 @@ class TMazes(Model, name="t-mazes"):
         trips: int,
         slots: int,
     ) -> MazeResults:
-        """Simulate the first trips of lifetimes.
+        """Simulate the first `trips` trips of lifetimes.
 
-        `trips` is the number of trips. `slots` is the number of results per agent: one for each of
-        the first trips. The last result has the sum of all remaining trips.
+        `slots` is the number of results per agent: `trips` for one result per trip, or 1 for the
+        sum of all trips.
         """
         gene_limits = np.full(self.n_weights(), MAX_WEIGHT)
         gene_limits[-N_RULE_GENES:] = 1, 1, 1, 1, MAX_RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * gene_limits
         network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]
-        # In the order of the indices in `trips`.
+        # In the order of the indices `NEURONS` to `TRIPS` of `t_maze_trips`.
         settings = np.array([*network, self.turning_points, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], slots, 4), np.int64)

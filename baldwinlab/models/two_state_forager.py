@@ -1,17 +1,18 @@
-"""The model of foragers with two resources, one of which is better: innate preference or learning.
+"""Model of foragers that choose one of two resources, by an innate preference or by learning.
 
-The better resource is the state. It persists from step to step with the probability w, and from
-the first step of a parent's life to that of its child with the probability b. A genome has two
-alleles. The second is the innate preference, with which each agent begins. The first is 1 in
-agents that learn: after the first step, they take the resource that was better in the last step
-(win-stay, lose-shift). Other agents keep their innate preference.
+The state of the environment is the better resource, 0 or 1. A step has the state of the previous
+step with the probability w (`within_persistence`). A lifetime begins in the first state of the
+parent's lifetime with the probability b (`between_persistence`). A genome has two alleles. Allele 1
+is the innate preference for a resource. Allele 0 is 1 in agents that learn. All agents take the
+preferred resource in the first step. Later, agents that learn take the resource that was better in
+the previous step (win-stay, lose-shift). Other agents always take the preferred resource.
 
-The payoff of an agent is the share of steps in which it takes the better resource. Learning has a
-cost. Fitness is 1 + payoff - cost.
+The payoff of an agent is the fraction of steps in which it takes the better resource. Learning has
+a cost. Fitness is 1 + payoff - cost.
 
-By default, each agent has its own states. The preference is then relative to the first state of
-the parent's life: 1 is the same resource, which makes an innate tracker. With `shared`, all agents
-of a generation have the same states, and a preference is one of the two resources.
+By default, each agent has its own states. The state 1 is then the first state of the parent's
+lifetime, so the preference 1 is for the resource that was better for the parent at first. With
+`shared`, all agents of a generation have the same states, and states are the two resources.
 
 References
 ----------
@@ -90,10 +91,10 @@ class TwoStateForager(Model, name="two-state-forager"):
         can_learn = (genomes[:, :, 0, 0] > 0.5) & self.learning
         preference = (genomes[:, :, 0, 1] > 0.5).astype(np.int64)
         n_agents = genomes.shape[1]
-        # [run, agent, step]; a single agent if the states are shared.
+        # [run, agent, step]. The size of the agent axis is 1 if the states are shared.
         states = np.stack([self.states(seed, run, generation, n_agents) for run in runs])
         innate_matches = states == preference[:, :, None]
-        # A learner is correct after the first step if the state has not changed.
+        # After the first step, an agent that learns is correct if the state has not changed.
         matches = innate_matches.copy()
         persists = np.broadcast_to(states[:, :, 1:] == states[:, :, :-1], matches[:, :, 1:].shape)
         matches[can_learn, 1:] = persists[can_learn]
@@ -102,7 +103,7 @@ class TwoStateForager(Model, name="two-state-forager"):
             "innate_match": innate_matches[:, :, 0],
             "innate_error": 1 - innate_matches.mean(axis=-1, dtype=np.float32),
         }
-        # A learner takes the last state in the next step.
+        # At death, an agent that learns prefers the state of the last step.
         learned_preference = np.where(can_learn, states[:, :, -1], preference)
         learned = genomes[:, :, 0].copy()
         learned[:, :, 1] = learned_preference
@@ -110,23 +111,24 @@ class TwoStateForager(Model, name="two-state-forager"):
         return self.make_results(1 + matches.mean(axis=-1), records, cost=cost, learned=learned)
 
     def states(self, seed: int, run: int, generation: int, n_agents: int) -> kit.Integers:
-        """Return the states of a generation [agent, step], 0 or 1, of one agent if shared.
+        """Return the states of a generation [agent, step], 0 or 1, or [1, step] if shared.
 
-        If they are not shared, 1 is the first state of the parent's life.
+        If the states are not shared, 1 is the first state of the parent's lifetime.
         """
         shape = (1 if self.shared else n_agents, self.life_steps)
-        # The first of four numbers per step.
         draws = uniforms(seed, run, generation, LIFE, shape)[:, :, 0]
         changes = draws >= self.within_persistence
         if self.shared:
             changes[:, 0] = self.first_state(seed, run, generation) == 0
         else:
             changes[:, 0] = draws[:, 0] >= self.between_persistence
+        # The state is 1 before the first step, and each change inverts the state.
         states: kit.Integers = (1 + changes.cumsum(axis=1)) % 2
         return states
 
     def first_state(self, seed: int, run: int, generation: int) -> int:
-        """Return the shared first state of a generation; it is 1 in generation 0."""
+        """Return the shared first state of a generation. The first state of generation 0 is 1."""
+        # The first draw is not used. Draw i decides whether the state changes before generation i.
         draws = kit.draw_environment(seed, run, (1, generation + 1))[0, 1:, 0]
         n_changes = int((draws >= self.between_persistence).sum())
         return (1 + n_changes) % 2

@@ -1,8 +1,8 @@
-"""The papers of baldwinlab, one folder each, and custom papers in any folder, with their checks.
+"""The papers of baldwinlab, one folder each, custom papers in any folder, and checks of papers.
 
-A study of a paper contains the name of the paper in `study.toml`, and a copy of a custom paper in
-`DIR/paper`. The report can therefore be written again on any machine. A paper is data; baldwinlab
-executes nothing in it.
+A paper is data without code: experiments, claims and texts. A study of a paper contains the name of
+the paper in `study.toml`, and a copy of a custom paper in `DIR/paper`, so that the report can be
+written again on any machine.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 DEFAULT_PAPER = "le-2019"
-# Folder of a study with a copy of its custom paper.
+# Folder of a study that contains a copy of the custom paper.
 COPY_FOLDER = "paper"
 
 
@@ -45,7 +45,7 @@ def built_in() -> dict[str, Paper]:
     """Return the papers of baldwinlab by name, the default first."""
     folders = [path.parent for path in Path(__file__).parent.glob("*/paper.toml")]
     papers = sorted(map(open_paper, folders), key=lambda paper: paper.name)
-    # The sort is stable, and False is less than True.
+    # False is less than True, so the default comes first. The stable sort keeps the other names.
     papers.sort(key=lambda paper: paper.name != DEFAULT_PAPER)
     return {paper.name: paper for paper in papers}
 
@@ -73,10 +73,7 @@ def load(paper: str | Path = DEFAULT_PAPER) -> Paper:
 
 
 def save_copy(paper: Paper, directory: Path) -> None:
-    """Copy a custom paper into the folder of its study, and remove an earlier copy.
-
-    Raises OSError.
-    """
+    """Copy a custom paper into a study, and remove an earlier copy there. Raises OSError."""
     if built_in().get(paper.name) == paper:
         return
     patterns = ("*.toml", "README.md", CARD_FILE, *(f"{kind}/*.toml" for kind in PRESET_KINDS))
@@ -94,7 +91,7 @@ def save_copy(paper: Paper, directory: Path) -> None:
 
 
 def load_stored_paper(directory: Path, name: str) -> Paper:
-    """Return the paper of a study by `name`, or the default paper if the study has none.
+    """Return the paper of a study. `name` is the stored name, or "" for the default paper.
 
     Raises PaperError if the paper is neither in the study nor in baldwinlab.
     """
@@ -140,7 +137,7 @@ def check_paper(paper: Paper) -> Paper:
         for choice in claim.choices:
             location = f"{claims_path}: {claim.id}, choice {choice.id}"
             _require_field(choice.field, experiments, location)
-    # Reading the texts checks them.
+    # Reading this cached property checks the texts.
     paper.texts  # noqa: B018
     if paper.card:
         exercise = paper.card.exercise
@@ -222,9 +219,9 @@ def _require_names(names: Iterable[str], existing: list[str], location: str) -> 
 
 
 def _require_field(path: str, experiments: Sequence[Experiment], location: str) -> None:
-    """Raise PaperError if a field is in no experiment.
+    """Raise PaperError if none of the experiments has a field.
 
-    The field of a part exists only in experiments that select the part.
+    The field of a part exists only in experiments that choose the part.
     """
     faults = []
     for experiment in experiments:

@@ -1,4 +1,6 @@
-"""Design of the atlas: its maps, their laws and its claims, read from the folder `papers/atlas`.
+"""Design of the atlas: maps, laws and claims, read from the folder `papers/atlas`.
+
+A map of the atlas is a model, simulated on a grid of settings. A cell is a point of the grid.
 
 atlas.toml    title, numbers of runs, and the maps
 NAME.toml     file of the sweep of the map NAME: see docs/reference/sweeps.md
@@ -23,17 +25,14 @@ CLAIMS_FILE: Final = "claims.toml"
 
 
 class Size(DeclaredTable):
-    """Numbers of runs of a cell.
-
-    Runs 0 to `exploration_runs` - 1 explore; the others confirm.
-    """
+    """Number of runs of a cell. Runs 0 to `exploration_runs` - 1 explore. The others confirm."""
 
     runs: int = Field(ge=2)
     exploration_runs: int = Field(ge=1)
 
 
 class AtlasMap(DeclaredTable):
-    """A map: a model on a grid of settings."""
+    """A map: a model on a grid of settings. The file of the sweep has the map's name."""
 
     name: str = Field(pattern=MAP_NAME)
     title: str
@@ -41,16 +40,16 @@ class AtlasMap(DeclaredTable):
     description: str
     # Label of each swept field.
     axes: Mapping[str, str]
-    # Law of `analysis.atlas.laws` that is drawn with the values, "" if there is none.
+    # Law of `analysis.atlas.laws` that is drawn with the values, or "".
     law: str = ""
-    # Whether the claims ignore the map, because it was added after their confirmatory runs.
+    # Whether the claims ignore the map, because the map was added after the confirmatory runs.
     is_exploratory: bool = False
-    # Values of the swept fields in the quick form. Other fields keep their values.
+    # Values of swept fields in the quick form. A field that is not named here keeps its values.
     quick: Mapping[str, tuple[Any, ...]] = Field(default_factory=dict)
 
     @property
     def complete_description(self) -> str:
-        """Return the description, and what the claims use of the map."""
+        """Return the description, with a note if the claims do not use the map."""
         if not self.is_exploratory:
             return self.description
         return (
@@ -65,19 +64,19 @@ class AtlasMap(DeclaredTable):
 
 
 class AtlasClaim(DeclaredTable):
-    """A claim, with the rule by which it fails."""
+    """A claim, with the rule that decides whether the claim fails."""
 
     id: str = Field(pattern=ATLAS_CLAIM)
     claim: str
     rule: str
-    # Numbers of the rule, which names them in braces.
+    # Numbers by name. The text of `rule` has these names in braces.
     bounds: Mapping[str, float] = Field(default_factory=dict)
-    # Changes of the claim after a first look at results, "" if there are none.
+    # Changes of the claim after a first look at results, or "".
     note: str = ""
 
     @property
     def complete_rule(self) -> str:
-        """Return the rule with its numbers."""
+        """Return the text of the rule with numbers in place of the names in braces."""
         numbers = {name: f"{number:g}" for name, number in self.bounds.items()}
         return self.rule.format_map(numbers)
 

@@ -15,7 +15,7 @@ from baldwinlab.core.names import suggest
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 from baldwinlab.papers.rules import RULES, Bound
 
-# Value of `b` that selects the first generations of the condition `a`.
+# With this value of `b`, the condition `a` is compared with its own first generations.
 FIRST_GENERATIONS = "first"
 
 Kind = Literal["paper", "implementation", "own"]
@@ -32,7 +32,8 @@ KINDS: Mapping[Kind, tuple[str, str]] = {
 
 Verdicts are counted by kind, and never added over kinds.
 """
-# Measures of every model. A model can declare more measures in `measures`.
+# Measures of every model: "most" is the largest number of items of an agent in any generation. A
+# model can have more measures in `measures`.
 COMMON_MEASURES = ("best", "mean", "share", "most", "unseen-maps")
 # Measure of the assay of the same name: the mean over agents and maps.
 UNSEEN_MAPS_MEASURE = "unseen-maps"
@@ -55,7 +56,7 @@ class ClaimComparison(DeclaredTable):
     measure: str
     rule: RuleName
     b: str = ""
-    # Compare runs with the same number, for example because they share a landscape.
+    # Compare runs pair by pair, run 0 with run 0, for example because a pair shares a landscape.
     paired: bool = False
     bound: Bound = None
 
@@ -96,7 +97,7 @@ class ClaimComparison(DeclaredTable):
         return self
 
     def _list_requirements(self) -> Iterator[tuple[bool, str]]:
-        """Yield whether each requirement of the rule is met, and its description."""
+        """Yield each requirement of the rule: whether it is met, and its description."""
         rule = RULES[self.rule]
         is_model_measure = self.measure not in COMMON_MEASURES
         if rule.has_reference:
@@ -118,14 +119,14 @@ class ClaimComparison(DeclaredTable):
 
     @property
     def reference(self) -> str:
-        """Return the name of the condition or bound with which `a` is compared."""
+        """Return the name of `b`, or the bound as text: `a` is compared with one of them."""
         if not self.b:
             return self.limit
         return f"{self.a}, first generations" if self.b == FIRST_GENERATIONS else self.b
 
     @property
     def limit(self) -> str:
-        """Return the bound as text."""
+        """Return the bound as text, such as "0.5" or "0.2 to 0.4"."""
         if isinstance(self.bound, tuple):
             low, high = self.bound
             return f"{low:g} to {high:g}"
@@ -139,7 +140,7 @@ class ClaimComparison(DeclaredTable):
 class OpenChoice(DeclaredTable):
     """A choice that the paper leaves open."""
 
-    # Key in the file.
+    # Key of the choice in the file, for example "R1".
     id: str = ""
     # Setting of the experiment, for example senses.visual_radius.
     field: str
@@ -153,13 +154,13 @@ class Claim(DeclaredTable):
     title: str
     text: str = Field(alias="claim")
     decided_by: RuleName | None = Field(None, alias="rule")
-    # Statement of the paper or of another source; "" for a question of this study.
+    # Statement of the paper or of another source, or "" for an own question.
     paper: str = ""
     # By default, "paper" for a statement of a paper, else "own".
     kind: Kind = Field(default_factory=lambda claim: "paper" if claim.get("paper") else "own")
-    # Number in the paper with which the measured effect is compared.
+    # Effect in the paper, with which the measured effect is compared.
     paper_value: float | None = Field(None, alias="figure")
-    # Choices that could cause a difference, the most likely first.
+    # Open choices that could cause a difference from the paper, the most likely first.
     choices: tuple[OpenChoice, ...] = ()
     comparisons: tuple[ClaimComparison, ...] = Field(min_length=1)
 
@@ -208,7 +209,7 @@ class _Claims(DeclaredTable):
 
 
 def read_claims(path: Path) -> tuple[Claim, ...]:
-    """Return the claims in a file; an empty tuple if it does not exist. Raises PaperError."""
+    """Return the claims in a file, or () if there is no file. Raises PaperError."""
     if not path.exists():
         return ()
     tree = read_tables(path)

@@ -6,8 +6,8 @@ A paper with a `design.toml` is reproduced in three stages:
 2. Confirmation: conditions with the chosen values are simulated in runs that tuning did not use.
 3. Specification curve: all conditions are simulated in each combination of other settings.
 
-The confirmation uses the values in `tuned.toml`. A paper without this file uses the values that its
-own tuning runs give.
+The confirmation uses the values in `tuned.toml`. Without this file, it uses the values that the
+tuning runs of the same reproduction have chosen. `api/stages.py` runs the stages.
 """
 
 from __future__ import annotations
@@ -32,31 +32,31 @@ TUNING_FOLDER: Final = "tuning"
 CONFIRMATION_FOLDER: Final = "confirmation"
 SPECIFICATIONS_FOLDER: Final = "specifications"
 FROZEN_FILE: Final = "frozen.json"
-"""File of a confirmation with the SHA-256 of the claims and of the tuned values at its start."""
+"""File of a confirmation. It has the SHA-256 of the claims and of the tuned values at the start."""
 
 TunedSettings = Mapping[str, Mapping[str, float]]
-"""ChosenPart value of each tuned setting, by condition: {"evo+hebb/A": {"learning.rate": 0.03}}."""
+"""Chosen value of each tuned setting, by condition: {"evo+hebb/A": {"learning.rate": 0.03}}."""
 
 
 class TuningGrid(DeclaredTable):
-    """Values of a setting, of which the best is chosen for each condition."""
+    """Values of a setting. The tuning chooses the best of these values for each condition."""
 
-    # First part of the folders of the studies: rate-0.01.
+    # Beginning of the names of the study folders: "rate" for the folder rate-0.01.
     name: str = Field(pattern=GRID_NAME)
     # Path of the setting.
     field: str
     values: tuple[float, ...] = Field(min_length=2)
     conditions: tuple[str, ...] = Field(min_length=1)
-    # Condition of the confirmation that has the chosen value. By default the simulated condition.
+    # Condition of the confirmation that gets the chosen value. By default the simulated condition.
     target: str = ""
 
     def folder(self, value: float) -> str:
-        """Return the name of the folder of the study with a value."""
+        """Return the name of the folder with the study of a value, such as "rate-0.01"."""
         return f"{self.name}-{value}"
 
 
 class Tuning(DeclaredTable):
-    """Runs 0 to `runs` - 1 of each value of each grid."""
+    """The tuning simulates the runs 0 to `runs` - 1 for each value of each grid."""
 
     runs: int = Field(ge=1)
     grids: tuple[TuningGrid, ...] = Field(min_length=1)
@@ -65,16 +65,16 @@ class Tuning(DeclaredTable):
 
 
 class MatchedControls(DeclaredTable):
-    """Controls of each learning rule: `learning.control` with the settings of the rule."""
+    """Controls of each learning rule: the same settings, but with a `learning.control`."""
 
     kinds: tuple[Literal["yoked", "drift"], ...]
     maps: tuple[str, ...]
 
 
 class SpecificationCurve(DeclaredTable):
-    """Combinations of settings, in each of which all rules and noise controls are simulated."""
+    """All rules and noise controls are simulated in each combination of the values of `factors`."""
 
-    # Values of each setting.
+    # Values of each setting, by the path of the setting.
     factors: Mapping[str, tuple[Any, ...]]
     # Settings that are equal in all combinations.
     settings: Mapping[str, Any] = Field(default_factory=dict)
@@ -88,7 +88,7 @@ class QuickStudy(DeclaredTable):
     maps: tuple[str, ...]
     tuning_runs: int = Field(ge=1)
     runs: int = Field(ge=1)
-    # Settings of the specification curve. A factor named here has this single value.
+    # Settings of the specification curve. A setting that is also a factor then has this one value.
     settings: Mapping[str, Any] = Field(default_factory=dict)
 
 
@@ -130,7 +130,7 @@ class Design(DeclaredTable):
 
 
 class StudyConditions(NamedTuple):
-    """The conditions of a study, with the factors of each."""
+    """The conditions of a study, and the factors of each condition by the condition's name."""
 
     experiments: list[Experiment]
     factors: dict[str, Factors]
@@ -148,7 +148,7 @@ def read_design(paper: Paper) -> Design | None:
 
 
 def read_tuned(paper: Paper) -> TunedSettings | None:
-    """Return the committed values of a paper, None without `tuned.toml`. Raises PaperError."""
+    """Return the values in `tuned.toml`, or None without this file. Raises PaperError."""
     path = paper.folder / TUNED_FILE
     if not path.exists():
         return None
@@ -173,9 +173,9 @@ def format_tuned(tuned: TunedSettings, comment: str) -> str:
 
 
 def digest_files(paper: Paper, tuned: str) -> dict[str, str]:
-    """Return the SHA-256 of the claims and of the tuned values, by file.
+    """Return the SHA-256 of the claims and of the tuned values, by the name of the file.
 
-    `tuned`: text of `tuned.toml`, for a paper without this file.
+    `tuned`: the text to use for a paper without `tuned.toml`.
     """
     contents = {TUNED_FILE: tuned.encode()}
     for name in ("claims.toml", TUNED_FILE):
@@ -186,7 +186,7 @@ def digest_files(paper: Paper, tuned: str) -> dict[str, str]:
 
 
 def list_rules(paper: Paper, design: Design) -> list[str]:
-    """Return the conditions that learn, without the noise controls and without their maps."""
+    """Return the names, without a map, of the conditions that learn and are no noise controls."""
     first_map = (paper.metadata.maps or ("",))[0]
     return [
         condition
@@ -197,7 +197,7 @@ def list_rules(paper: Paper, design: Design) -> list[str]:
 
 
 def name_matched_control(condition: str, kind: str) -> str:
-    """Return the name of a matched control of a condition, without its map."""
+    """Return the name of a matched control without a map, such as "evo+hebb+yoked"."""
     return f"{condition}+{kind}"
 
 
@@ -209,7 +209,7 @@ def join_map(condition: str, map_name: str) -> str:
 def tuning_conditions(
     paper: Paper, design: Design, grid: TuningGrid, maps: Sequence[str], value: float
 ) -> StudyConditions:
-    """Return the conditions of the study of a value of a grid."""
+    """Return the conditions of the study that simulates one value of a grid."""
     conditions = StudyConditions([], {})
     settings = {**design.tuning.settings, grid.field: value}
     for condition, map_name in product(grid.conditions, maps):
@@ -221,7 +221,7 @@ def tuning_conditions(
 def confirmation_conditions(
     paper: Paper, design: Design, maps: Sequence[str], tuned: TunedSettings
 ) -> StudyConditions:
-    """Return the conditions of the confirmation: those of the paper, and the matched controls."""
+    """Return the conditions of the confirmation: all of the paper, and the matched controls."""
     conditions = StudyConditions([], {})
     matched = {*product(list_rules(paper, design), design.matched_controls.maps)}
     for map_name, condition in product(maps, paper.metadata.conditions):
@@ -248,7 +248,7 @@ def list_matched_names(paper: Paper, design: Design) -> list[str]:
 
 
 def specification_conditions(paper: Paper, design: Design) -> StudyConditions:
-    """Return the conditions of the specification curve, as SPECIFICATION/CONDITION/MAP."""
+    """Return the conditions of the specification curve, with names such as "s01/evo+hebb/A"."""
     conditions = StudyConditions([], {})
     learners = [*list_rules(paper, design), *design.noise_controls]
     curve = design.specification_curve

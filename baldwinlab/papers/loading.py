@@ -1,4 +1,4 @@
-"""Reading and validation of the TOML files of a paper. An error is one sentence with the file."""
+"""Reading and validation of the TOML files of a paper. An error is one sentence with the path."""
 
 from __future__ import annotations
 
@@ -14,21 +14,18 @@ from baldwinlab.core.names import describe_pattern
 
 
 class PaperError(BaldwinLabError, ValueError):
-    """Unknown or invalid paper."""
+    """The paper is unknown or invalid."""
 
 
 class DeclaredTable(BaseModel):
-    """Base class of the tables in the files of a paper. A table has only the declared fields."""
+    """Base class of the tables in the files of a paper. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @field_validator("*", mode="before")
     @classmethod
     def _refuse_truth_values(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse true and false for keys that are not flags.
-
-        Pydantic would read them as 1 and 0.
-        """
+        """Refuse true and false for numbers. Pydantic would read 1 and 0."""
         values = value if isinstance(value, list) else [value]
         is_flag = cls.model_fields[str(info.field_name)].annotation is bool
         if not is_flag and any(isinstance(item, bool) for item in values):

@@ -36,9 +36,9 @@ from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, va
 
 PRESET_KINDS = ("conditions", "controls", "maps", "variants")
 CARD_FILE = "card.png"
-# Default variant.
+# Default variant: the paper without changes.
 STANDARD_VARIANT = "standard"
-# Names of figures in this package are not checked: the package `analysis` has the registry.
+# This package does not check the names of figures, because the package `analysis` defines figures.
 DEFAULT_FIGURES: tuple[str, ...] = (
     "fitness",
     "species",
@@ -55,12 +55,12 @@ Question = Literal[
 
 
 class Inference(DeclaredTable):
-    """Statement of a paper on the Baldwin effect, and the question that makes its comparison."""
+    """A statement of a paper on the Baldwin effect, and the question that tests this statement."""
 
     question: Question
     # One sentence of the report.
     text: str = Field(alias="says")
-    # Limit of the comparison.
+    # A sentence on what the comparison cannot show.
     limit: str = ""
 
 
@@ -71,7 +71,7 @@ class ReportTexts(DeclaredTable):
     heading: str = ""
     # The question that the study answers, as the first line of the report.
     question: str = ""
-    # Additions to captions that compare a figure with one of the paper.
+    # By figure: a sentence after the caption that compares the figure with one of the paper.
     captions: Mapping[str, str] = Field(default_factory=dict)
     inference: Inference | None = None
 
@@ -111,7 +111,7 @@ class PaperMetadata(DeclaredTable):
     # Address with http or https.
     link: str = ""
     description: str
-    # Conditions of the study, in order. Default: all.
+    # Conditions and maps of the study, in order. Default: all.
     conditions: tuple[str, ...] = ()
     maps: tuple[str, ...] = ()
     # Runs of each condition.
@@ -188,10 +188,7 @@ class Paper:
         }
 
     def names(self, kind: str) -> list[str]:
-        """Return the names of the presets of a kind, the standard variant first.
-
-        `kind` is one of `PRESET_KINDS`.
-        """
+        """Return the sorted names of a kind of `PRESET_KINDS`, but the standard variant first."""
         return sorted(self._names_by_kind[kind], key=lambda name: name != STANDARD_VARIANT)
 
     def describe(self, kind: str, name: str) -> str:
@@ -199,7 +196,7 @@ class Paper:
         return str(self.read_preset(kind, name)["description"])
 
     def changes(self, kind: str, name: str) -> dict[str, Any]:
-        """Return the fields that a preset sets, for `Experiment.replace`."""
+        """Return the settings of a preset, as the arguments of `Experiment.replace`."""
         preset = self.read_preset(kind, name)
         return {table: values for table, values in preset.items() if table != "description"}
 
@@ -226,7 +223,7 @@ class Paper:
         return preset
 
     def factors(self) -> dict[str, Factors]:
-        """Return learner and map of all experiments by name: conditions first, then controls."""
+        """Return learner and map of each experiment by name: conditions first, then controls."""
         learners = [*self.names("conditions"), *self.names("controls")]
         maps = self.names("maps")
         if not maps:
@@ -242,8 +239,8 @@ class Paper:
     def experiment(self, name: str, variant: str = STANDARD_VARIANT) -> Experiment:
         """Return an experiment by name, with the changes of a variant.
 
-        Raises ExperimentError for an unknown name, and PaperError if the files of the name describe
-        no valid experiment.
+        Raises ExperimentError for an unknown name, and PaperError if the files of the presets
+        describe no valid experiment.
         """
         if self.lacks_map(name):
             raise self.missing_map_error(name)
@@ -254,7 +251,7 @@ class Paper:
                 names = self.experiment_names()
                 raise ExperimentError(f"there is no preset {name!r}{suggest(name, names)}")
         kind = "controls" if condition in self.names("controls") else "conditions"
-        # A later preset replaces settings of an earlier one.
+        # The settings of a later preset replace those of an earlier preset.
         presets = [(kind, condition)]
         if map_name:
             presets.append(("maps", map_name))
@@ -275,24 +272,23 @@ class Paper:
             raise PaperError(f"{self.folder}: {files}: {first_line}") from None
 
     def lacks_map(self, name: str) -> bool:
-        """Return whether a name is the name of a condition without the required map."""
+        """Return whether a name is a condition or control without the map that the paper needs."""
         return bool(self.names("maps")) and name in (
             *self.names("conditions"),
             *self.names("controls"),
         )
 
     def missing_map_error(self, name: str) -> ExperimentError:
-        """Return the error for a name without its map."""
+        """Return the error for a condition without a map, with the possible maps."""
         maps = self.metadata.maps or self.names("maps")
         return ExperimentError(
             f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}"
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures that an experiment adds to `COMMON_MEASURES`.
+        """Return the measures of an experiment in addition to `COMMON_MEASURES`.
 
-        Its model and its species add measures. The result is None if the parts of the experiment
-        are not loaded.
+        They are those of the model and of several species. None: a part is not loaded.
         """
         try:
             return self.experiment(name).measures
@@ -313,6 +309,6 @@ class Paper:
 
 
 def open_paper(folder: Path) -> Paper:
-    """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
+    """Return the paper in a folder. Only paper.toml is read and checked. Raises PaperError."""
     path = folder / "paper.toml"
     return Paper(folder, validate_tables(PaperMetadata, read_tables(path), path))

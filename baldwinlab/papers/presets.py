@@ -2,12 +2,12 @@
 
 The name of a preset is CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`. A variant changes
 further settings. If two papers have a preset of the same name, the name selects the preset of the
-first paper. PAPER:NAME selects the preset of another paper. PAPER is a name, or the folder of a
-custom paper.
+first paper. PAPER:NAME selects the preset of any paper. PAPER is the name of a built-in paper, or
+the folder of a custom paper.
 
-An experiment file is TOML. It changes the preset or the experiment file that its key `base` names.
-Without `base` it changes the defaults of its model. Without `name`, the name of the experiment is
-the name of the file.
+An experiment file is TOML. The key `base` names a preset or another experiment file, and the other
+keys change its settings. Without `base`, the file changes the defaults of the model. Without the
+key `name`, the name of the experiment is the name of the file.
 """
 
 from __future__ import annotations
@@ -36,28 +36,25 @@ from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper
 __all__ = ["PRESET_KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
-# Maximum number of files in a chain of bases.
+# Maximum number of files in a chain in which each file is the base of the next.
 MAX_BASES: Final = 20
 LIST_HINT: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
 
 
 def names(kind: str) -> list[str]:
-    """Return the presets of a kind of all papers, the standard variant first.
-
-    `kind`: one of `PRESET_KINDS`.
-    """
+    """Return the names of the presets of a kind (one of `PRESET_KINDS`), paper by paper."""
     names_by_paper = [paper.names(kind) for paper in papers.built_in().values()]
     # A dict holds each name once, in order.
     return list(dict.fromkeys(chain.from_iterable(names_by_paper)))
 
 
 def describe(kind: str, name: str) -> str:
-    """Return the description of a preset, one line."""
+    """Return the description of a preset on one line."""
     return _find_paper(kind, name).describe(kind, name)
 
 
 def changes(variant: str) -> dict[str, Any]:
-    """Return the settings of a variant, for `Experiment.replace`.
+    """Return the settings that a variant changes, as the arguments of `Experiment.replace`.
 
     Raises ExperimentError if the variant does not exist.
     """
@@ -65,16 +62,16 @@ def changes(variant: str) -> dict[str, Any]:
 
 
 def _find_paper(kind: str, name: str) -> Paper:
-    """Return the first paper that has a preset; the default paper if none has it."""
+    """Return the first paper that has a preset, or the default paper without such a paper."""
     candidates = papers.built_in().values()
     return next((paper for paper in candidates if name in paper.names(kind)), papers.load())
 
 
 class LoadedExperiment(NamedTuple):
-    """An experiment and its origin."""
+    """An experiment, and the origin with which the settings of a user are compared."""
 
     experiment: Any
-    # The preset, or the base of the experiment file. None if a file changes the defaults.
+    # The preset, or the base of the experiment file. None if the file changes the defaults.
     origin: BaseExperiment | None = None
 
 
@@ -89,7 +86,7 @@ def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
 
 
 def load_with_origin(experiment: str | Path, variant: str = STANDARD_VARIANT) -> LoadedExperiment:
-    """Return an experiment and its origin. Raise as `load`."""
+    """Return an experiment and its origin. The arguments are those of `load`."""
     if not is_file(experiment):
         preset = _load_preset(str(experiment), variant)
         return LoadedExperiment(preset, preset)
@@ -98,7 +95,7 @@ def load_with_origin(experiment: str | Path, variant: str = STANDARD_VARIANT) ->
 
 
 def is_file(experiment: str | Path) -> bool:
-    """Return whether a name is the path of an experiment file, and not a preset."""
+    """Return whether a text is the path of an experiment file, not the name of a preset."""
     return str(experiment).endswith(".toml")
 
 
@@ -118,7 +115,7 @@ def _load_preset(text: str, variant: str) -> Experiment:
 
 
 def _unknown_name_error(name: str) -> ExperimentError:
-    """Return the error for an unknown name. It names the unknown condition or map."""
+    """Return the error for an unknown name, which says whether condition or map is unknown."""
     for candidate in papers.built_in().values():
         if candidate.lacks_map(name):
             return candidate.missing_map_error(name)
@@ -156,7 +153,7 @@ def _load_file(path: Path, derived_files: tuple[Path, ...] = ()) -> LoadedExperi
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     tree = {"name": _derive_name(path), **parse_tree(content, str(path))}
-    # The experiment of a study names the copies of the study, whose folder is above this file.
+    # A study has copies of its data files. One of the folders above this file can be a study.
     find_files(tree, path.absolute().parents)
     base = tree.pop("base", None)
     if base is not None:
@@ -176,7 +173,7 @@ def _load_file(path: Path, derived_files: tuple[Path, ...] = ()) -> LoadedExperi
 
 
 def _load_base(base: Any, path: Path, derived_files: tuple[Path, ...]) -> Experiment:
-    """Load the base of the file `path`: a preset, or a file whose path is relative to `path`."""
+    """Load the base of the file `path`: a preset, or a file with a path relative to `path`."""
     location = f"{path}: base = {base!r}"
     if not isinstance(base, str):
         raise ExperimentError(f"{location}: must be the name of a preset or of a TOML file")
@@ -198,7 +195,7 @@ def _load_base(base: Any, path: Path, derived_files: tuple[Path, ...]) -> Experi
 
 
 def _derive_name(path: Path) -> str:
-    """Return the name of a file, changed to a valid name of a condition."""
+    """Return a valid name of a condition, made from the name of a file."""
     name = re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem)
     return name.strip("-") or "experiment"
 

@@ -1,4 +1,4 @@
-"""Rules of claims: a row says which number of a comparison decides, and what it must show."""
+"""Rules of claims: which number of a comparison decides a claim, and the limits of this number."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ class Rule(NamedTuple):
     kind: Kind
     # Description, with "{bound}" for the bound.
     text: str
+    # 1 if `a` must be higher than `b`, -1 if it must be lower, 0 for other kinds.
     sign: int = 0
-    # Number of values in the bound.
+    # Number of values in the bound: 0, 1 or 2.
     n_bounds: int = 0
-    # The smallest and the largest number with which the claim holds, given the bound.
+    # Returns the smallest and the largest number with which the claim holds, from the bound.
     limits: Callable[[Any], tuple[float, float]] = lambda _: (-math.inf, math.inf)
     statistic: Statistic = "median"
-    # Whether `a` is compared with `b`.
+    # Whether the condition `a` is compared with the condition `b`, not with the bound.
     has_reference: bool = False
-    # Whether the interval must contain the limits instead of the opposite.
+    # True: the interval must contain the limits. False: the limits must contain the interval.
     contains_limits: bool = False
 
 

@@ -15,7 +15,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import ZERO
 
-# x of a dead agent, in widths of the map. No image of the map has agents within sight of it.
+# x of a dead agent, in widths of the map: out of sight, even across the edges of the map.
 DEAD_X = np.float32(-3)
 
 
@@ -27,7 +27,7 @@ def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> N
 
 @hook
 def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int, int]) -> int:
-    """Let two parents have a child, and return its slot, or -1 if no slot is free.
+    """Let two parents have a child. Return the slot of the child, or -1 if no slot is free.
 
     `part`: the population of the species. `parents`: indices in the world, the fitter one first.
     """
@@ -38,15 +38,15 @@ def bear_agent(part: Any, model: Any, state: Any, world: int, parents: tuple[int
 def die(model: Any, state: Any, world: int, agent: int) -> None:
     """Let an agent die, in a per-world hook.
 
-    A dead agent neither senses, moves, eats nor learns, and no agent senses it. Its slot is free
-    for a newborn. Its weights stay as they are. The call has no effect on a dead agent.
+    A dead agent neither senses, moves, eats nor learns, and no agent senses it. The slot is free
+    for a newborn. The weights stay unchanged. The call has no effect on a dead agent.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] is set to 0.
+        Arrays that a step changes, and the compiled parts. `state.alive` [1, lane] is set to 0.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -58,15 +58,16 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     """Let two agents have a child, in a per-world hook.
 
     The variation of the experiment creates the genome. The child has the first free slot of the
-    world, a random birthplace in the start disc, and the age 0. It learns from its genome. Set
-    `state.positions` after the call to choose another birthplace.
+    world, a random birthplace in the start disc, and the age 0. Learning begins with the weights of
+    the genome. Set `state.positions` after the call to choose another birthplace.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts. `state.alive` [1, lane] of the child is set to 1.
+        Arrays that a step changes, and the compiled parts. `state.alive` [1, lane] of the child
+        is set to 1.
     world : int
         Index of the world.
     first_parent, second_parent : int
@@ -83,14 +84,14 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
 
 @compiled
 def find_free_slot(model: Any, state: Any, world: int) -> int:
-    """Return the first free slot of a world, which is that of a dead agent.
+    """Return the first free slot of a world: the slot of a dead agent.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
 

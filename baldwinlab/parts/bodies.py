@@ -1,4 +1,4 @@
-"""The kind of part that performs the actions of an agent, and its hooks."""
+"""The kind of part that performs the actions of an agent, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Write the chosen action to `state.action` [1, lane].
 
     Per agent, once per step, after the network has computed its outputs. The default action is the
-    index of the largest output. If several outputs are equal, the action is the smallest of their
-    indices.
+    index of the largest output. If several outputs are largest, the action is the lowest index of
+    these outputs.
 
     Parameters
     ----------
@@ -26,10 +26,11 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : Lane
         Column of an agent, or a SIMD block.
     """
+    # There is a target for each output, and the outputs are the last rows of the activations.
     actions = state.targets.shape[0]
     first = state.activations.shape[0] - actions
     largest = get(state.activations, first, lane)
@@ -56,7 +57,7 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : Lane
         Column of an agent, or a SIMD block.
     """

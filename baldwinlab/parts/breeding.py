@@ -1,10 +1,9 @@
 """Functions for parts that create generations, and the kinds fitness, inheritance and stop.
 
-The kinds `selection` and `variation` have their own modules.
-
-The hooks of these parts run on the CPU and read the entire population. Numbers are float64 unless
-stated otherwise. Genomes are float32 [agent, module, weight]. The caller passes random numbers as
-arrays. Only `vary_population` draws random numbers, with its key.
+The kinds `selection` and `variation` have their own modules. The hooks of these parts run on the
+CPU and read the entire population. Numbers are float64 unless stated otherwise. Genomes are float32
+[agent, module, weight]. The caller passes random numbers as arrays. `vary_population` draws random
+numbers with `brood.key`, and a selection can draw further random numbers from `generation.stream`.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from baldwinlab.parts.world_features import end_step
 
 Numbers = npt.NDArray[np.float64]
 RunArrays = dict[str, npt.NDArray[Any]]
-"""Arrays of a run by name: KIND.PART.ARRAY."""
+"""Arrays of a run by name FIELD.PART.ARRAY, for example "stop.stagnation.largest"."""
 # Value of the second parent that marks a survivor: the child is the unchanged first parent.
 ITSELF: Final = -2
 
@@ -40,13 +39,14 @@ def copy_genome(genome: Any, into: Any) -> None:
 def breeding_part(
     experiment: Any, field: str, run_arrays: RunArrays | None = None
 ) -> tuple[Any, tuple[Callable[..., Any], ...]]:
-    """Return the first argument of the hooks of a part that creates generations, and its code.
+    """Return the values and the compiled functions of a part that creates generations.
 
-    `field`: field of the table `evolution` that names the part: "selection", "variation",
-    "inheritance", "fitness" or "stop". `run_arrays`: missing arrays of the part are added to it. By
-    default the part has new arrays. The returned `values`: numeric settings, derived values and
-    arrays of the run: the first argument of its hooks. An array of agents or of their world is
-    None.
+    - `field`: field of the table `evolution` that names the part, such as "selection".
+    - `run_arrays`: arrays of the run. The function adds missing arrays of the part to this dict.
+      Without a dict, the part has new arrays.
+
+    Returns (values, code). `values` is the first argument of the hooks, with arrays of the run and
+    None for other arrays. `code` has the type of `values` and all hooks, for `cached_jit`.
     """
     values, code = _compile_part(experiment, field)
     if not has_run_arrays(type(values).part):

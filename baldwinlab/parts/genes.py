@@ -1,14 +1,14 @@
 """Genes of parts: numbers that agents inherit in addition to the weights of their networks.
 
-A part declares its genes by name. They are the last entries of the first module of a genome. Each
+A part declares genes by name. Genes are the last entries of the first module of a genome. Each
 child inherits each gene from one of its parents, and the gene can mutate.
 
 References
 ----------
 .. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): log-normal mutation.
 .. [2] H.-G. Beyer, "Evolution strategies", Scholarpedia 2 (2007): the size 1 / sqrt(2 n) of a
-   log-normal mutation, for one step size of n weights. With a step size for each weight, it is the
-   size of the common factor: T. Bäck and H.-P. Schwefel, Evolutionary Computation 1 (1993).
+   log-normal mutation, for one step size of n weights. With a step size for each weight, this is
+   the size of the common factor: T. Bäck and H.-P. Schwefel, Evolutionary Computation 1 (1993).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GENE_ARRAY: Final = per_agent()
 FIRST_GENE: Final = "first_gene"
 """Field of a compiled part with the index of its first gene in the first module of a genome."""
 MUTATIONS: Final = ("none", "normal", "log-normal")
-"""Kinds of mutation, in the order of their numbers in compiled code."""
+"""Kinds of mutation. Compiled code identifies a kind by its index in this tuple."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,12 @@ class Gene:
     help: str = ""
 
     def __post_init__(self) -> None:
+        # Only the first fault is raised.
         for fault in self._find_faults():
             raise ValueError(f"gene: {fault}")
 
     def _find_faults(self) -> list[str]:
-        """Return a message for each invalid value. Names are not checked."""
+        """Return a message for each invalid value. Names of settings are not checked."""
         if self.mutation not in MUTATIONS:
             return [f"mutation = {self.mutation!r} must be one of {', '.join(MUTATIONS)}"]
         if self.mutation == "normal" and self.size is None:
@@ -133,9 +134,9 @@ def _read_value(value: Any, part: Any, experiment: Any) -> Any:
 
 
 def add_gene_arrays(part: Any) -> None:
-    """Declare an array for each gene of a part of agents or of their world, after its arrays."""
+    """Declare an array for each gene of a part of agents or of the world, after other arrays."""
     gene_arrays = dict.fromkeys(part.genes, GENE_ARRAY)
-    # A subclass inherits the arrays of genes. They must stay the last ones.
+    # A subclass inherits the arrays of genes, which must stay the last arrays.
     arrays = {name: array for name, array in part.arrays.items() if name not in gene_arrays}
     part.arrays = arrays | gene_arrays
 

@@ -1,7 +1,7 @@
 """Static check that a per-agent hook does not read or write other agents.
 
 The arrays of agents are [row, lane]. A per-agent hook may read and write the column of its agent,
-by `get` and `put`, or by an index that ends with its lane. In hooks with the arguments (world,
+by `get` and `put`, or by an index that ends with the lane. In hooks with the arguments (world,
 agent), the lane is `world * model.agents + agent`. A hook may read arrays of its world by an index
 that begins with `world`.
 
@@ -53,7 +53,7 @@ SHARED_FIELDS: Final = (
     "senses",
     "features",
 )
-# Attributes of an array that do not read its entries.
+# Attributes of an array that read no entries.
 ARRAY_PROPERTIES: Final = ("shape", "dtype", "ndim")
 # Expressions of the lane in hooks with the arguments (world, agent).
 LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * model.agents")
@@ -61,16 +61,14 @@ LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * mode
 FIXED_ARGUMENTS: Final = ("lane", "world", "agent")
 
 Roles = Mapping[str, str]
-"""Role of each name: "state", "part", "training", "array", "lane", "world" or "agent".
-
-`part.NAME` is the name of an array of the part.
-"""
+"""Role by name: "state", "part", "training", "array", "lane", "world" or "agent". The array NAME of
+the part has the name "part.NAME"."""
 Functions = Mapping[str, ast.FunctionDef]
 """Functions of a file by name."""
 
 
 def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
-    """Check that the source of hooks reads and writes no other agent."""
+    """Raise PartError for the first expression in hooks that reads or writes other agents."""
     part_roles = {f"part.{array}": "array" for array in arrays}
     for name, function in hooks.items():
         definition = find_definition(function) if name in PER_AGENT_HOOKS else None
@@ -94,6 +92,7 @@ def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iter
 
 def find_definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
     """Return the syntax tree of a function, or None without its source."""
+    # This line can be that of a decorator.
     line = function.__code__.co_firstlineno
     for node in ast.walk(_syntax_tree(function)):
         if isinstance(node, ast.FunctionDef) and node.name == function.__name__:
@@ -130,8 +129,8 @@ def _find_accesses(
 ) -> Iterator[Any]:
     """Yield the expressions in a function that read or write other agents.
 
-    `known_roles` are the roles of the arguments. `functions` are the functions of the file. The
-    search of functions in `visited` has already begun.
+    `known_roles` are the roles of the arguments. `functions` are the functions of the file.
+    Functions in `visited` are not searched again, so that a recursion ends.
     """
     roles = dict(known_roles)
     for name, value, node in _list_bindings(function):
@@ -177,6 +176,7 @@ def _find_accesses_in_call(
     elif name in functions and name not in visited:
         parameters = [parameter.arg for parameter in functions[name].args.args]
         inner_roles = dict(zip(parameters, argument_roles, strict=False))
+        # Names with a dot are arrays of the part, which have the same role in all functions.
         inner_roles |= {key: role for key, role in roles.items() if "." in key}
         yield from _find_accesses(functions[name], inner_roles, functions, visited | {name})
 
@@ -194,6 +194,7 @@ def _list_bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | 
         value = node.value if isinstance(node, ast.Assign) else None
         for target in targets:
             pairs: Iterable[tuple[Any, ast.expr | None]] = [(target, value)]
+            # `a, b = x, y` assigns x to a, and y to b.
             if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
                 pairs = zip(target.elts, value.elts, strict=False)
             for variable, assigned in pairs:

@@ -1,6 +1,6 @@
-"""The kind of part that changes the weights of an agent during its lifetime, and its hooks.
+"""The kind of part that changes the weights of an agent during a lifetime, and the hooks.
 
-A *synapse* is a weight of the action module, with its source unit and its target unit.
+A *synapse* is a weight of the action module, with a source unit and a target unit.
 `SynapticRule` calls `compute_change` for every synapse. A Hebbian rule is then one expression:
 
     class Oja(SynapticRule, name="oja"):
@@ -35,7 +35,7 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     genes : array, float32 [gene, lane]
         Weights of all modules after the action module, in the order of the modules. Read only.
     lane : Lane
@@ -58,7 +58,7 @@ def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> Non
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
@@ -78,7 +78,7 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int
@@ -101,7 +101,7 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     step : int
         Step of the lifetime, from 0.
     lane : Lane
@@ -124,8 +124,8 @@ class LearningRule(Part):
         True if the rule changes weights by the same amount as self-teaching. The assay `innate`
         then simulates `self-taught` with `control = "drift"` as a control of this rule.
     answers : tuple of str
-        Names of the outputs of the reinforcement module. Empty if the outputs are those of the
-        action module.
+        Names of the outputs of the reinforcement module. Empty if these are the names of the
+        outputs of the action module.
     teacher_array : str
         Name of the int array of the part with the index of each agent's teacher. The entry of an
         agent without a teacher is the index of this agent. "" for a rule without teachers.
@@ -157,12 +157,12 @@ LAYER_VALUES: Final[Mapping[str, Any]] = {
 
 
 class Synapse(NamedTuple):
-    """A weight of the action module, and the activations of its units.
+    """A weight of the action module, and the activations of the two connected units.
 
     Attributes
     ----------
     number : int
-        Number of the weight: the row in `state.weights`.
+        Index of the weight, which is the row in `state.weights`.
     weight : float32, or a SIMD block
         The weight.
     x, y : float32, or a SIMD block
@@ -190,7 +190,7 @@ def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     synapse : Synapse
         The weight and its activations.
     lane : Lane
@@ -199,8 +199,9 @@ def compute_change(part: Any, state: Any, synapse: Synapse, lane: Lane) -> Value
     Returns
     -------
     float32, or a SIMD block
-        The change. `synapse.rate` multiplies it. 0 by default.
+        The change before it is multiplied by `synapse.rate`. 0 by default.
     """
+    # The result is 0 in the type of the weight.
     return ZERO * synapse.weight
 
 
@@ -215,7 +216,7 @@ def change_synapse(part: Any, state: Any, synapse: Synapse, lane: Lane) -> None:
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     synapse : Synapse
         The weight and its activations.
     lane : Lane
@@ -235,12 +236,13 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
     part : NamedTuple
         The first argument of a hook of a `SynapticRule`.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     rate : float32, or a SIMD block
         Factor of the changes, for example `get(state.rate, 0, lane)`.
     lane : Lane
         Column of an agent, or a SIMD block.
     """
+    # Row of the first source unit of a layer in `state.activations`.
     source = 0
     number = 0
     for layer in range(part.sizes.size - 1):
@@ -249,7 +251,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                # A bias has the activation 1.
+                # A bias has the activation 1, in the type of `y`: a float32 or a SIMD block.
                 x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
                 weight = get(state.weights, number, lane)
                 change_synapse(part, state, Synapse(number, weight, x, y, rate), lane)
@@ -258,7 +260,7 @@ def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
 
 
 class SynapticRule(LearningRule):
-    """Base of the learning rules that change each weight by an expression of its activations.
+    """Base of the learning rules that change each weight by an expression of the activations.
 
     A rule defines the hook `compute_change`. Weights are limited to [-10, 10]. A rule with other
     limits defines the hook `change_synapse`. A rule with other derived values includes those of
@@ -282,7 +284,7 @@ class SynapticRule(LearningRule):
         model : MiniWorldModel
             Constants of the lifetime. Read only.
         state : State
-            Arrays of the step, and the other parts.
+            Arrays that a step changes, and the compiled parts.
         step : int
             Step of the lifetime, from 0.
         lane : int, or a SIMD block

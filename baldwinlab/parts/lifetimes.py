@@ -1,4 +1,4 @@
-"""Results of the lifetimes of a population, which fitness and selection read."""
+"""Results of the lifetimes of a population, which fitness, selection and stop read."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ RECORDS_PREFIX: Final = "Records("
 class Lifetimes(NamedTuple):
     """Results of the lifetimes of a population. Hooks read them, and compiled code accepts them.
 
-    With several lifetimes per agent (`lifetime.repeats`), `evaluate` reads each of them separately.
-    A selection and a stop read means of the lifetimes, except for `eaten` and `position`.
+    With several lifetimes per agent (`lifetime.repeats`), `evaluate` is called for each lifetime. A
+    selection and a stop read means of the lifetimes, except for `eaten` and `position`.
 
     Attributes
     ----------
@@ -30,17 +30,17 @@ class Lifetimes(NamedTuple):
     cost : array, float64 [agent]
         Cost of learning, in energy.
     eaten : array, int32 [agent, region]
-        Eaten items of each region. No regions for a model without a world. In a selection, the sum
-        over all lifetimes.
+        Number of eaten items of each region. A model without a world has no regions. In a
+        selection, the array is the sum over all lifetimes.
     position : array, float32 [agent, 2]
         Position at the end, x and y, in units of length. NaN for a model without a world. In a
-        selection, that of the first lifetime.
+        selection, the array is from the first lifetime.
     records : NamedTuple
         Recorded variables by name, each [agent]: the records of the parts, or of the model.
     genome : array, float32 [agent, module, weight]
-        Genomes. In `evaluate`, those at birth. In a selection, those that the agents pass on.
+        In `evaluate`, the genomes at birth. In a selection, the genomes that agents pass on.
     species : array, int32 [agent]
-        Number of the species.
+        Index of the species of each agent.
     """
 
     energy: npt.NDArray[np.float64]

@@ -1,12 +1,12 @@
-"""Functions that load custom parts from files and packages, and copy them to other processes.
+"""Functions that load custom parts from files and packages, and copy parts to other processes.
 
 A file is executed only if the user passes it with `--part`, imports it, or installs its package.
-The source in a study is never executed. The name of the loaded module contains the hash of the
-source, so different versions of a part never share compiled code.
+The source that a study stores is never executed. The name of the loaded module contains the hash of
+the source, so different versions of a part never share compiled code.
 
 A pickle of an experiment, or of a part that was loaded from a file, contains the text of the file,
-because another process may not have loaded it. The process that reads the pickle executes the text,
-unless the same part is loaded already. A part of an imported module is imported.
+because another process may not have loaded the file. The process that reads the pickle executes the
+text, unless the same part is loaded already. A part from an importable module is imported instead.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from baldwinlab.parts.part import Part, PartMeta
 # Beginning of the names of loaded modules.
 MODULE_PREFIX: Final = "baldwinlab_part_"
 ENTRY_POINT_GROUP: Final = "baldwinlab.parts"
-# Names of the module of a script. In a process that it starts, the script has the second name.
+# Names of the module of a script: in its own process, and in a process that the script starts.
 MAIN_MODULES: Final = ("__main__", "__mp_main__")
 
 
@@ -63,7 +63,7 @@ class Source(NamedTuple):
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Execute a file with parts and register the parts. They replace parts with the same names.
+    """Execute a file with parts and register the parts, which replace parts with the same names.
 
     Parameters
     ----------
@@ -113,6 +113,7 @@ def load_text(text: str, file: Path) -> ModuleType:
                 f"{file} has no part: it must define a class that derives from a kind of part and "
                 "has a name"
             )
+    # An interruption must not leave a part of the file registered, either.
     except BaseException as error:
         del sys.modules[name]
         _restore_registry(previous_parts)
@@ -221,15 +222,15 @@ class PartOrigin(NamedTuple):
     kind: str
     name: str
     module: str
-    text: str | None  # Text of its file. None if it has no file, for example in a notebook.
-    file: str  # Path of its file, for messages.
+    text: str | None  # Text of the file. None without a file, for example in a notebook.
+    file: str  # Path of the file, for messages.
 
     def describe(self) -> str:
         """Return kind, name and file of the part."""
         return f"the {self.kind} {self.name!r} of {self.file}"
 
     def load(self) -> None:
-        """Load the part, unless it is loaded."""
+        """Load the part, unless it is loaded. Raise PartError if a different part is loaded."""
         key = self.kind, self.name
         if key not in registry.custom_parts():
             _load_module(self)
@@ -280,14 +281,14 @@ def _restore_attribute(origin: PartOrigin, qualified_name: str) -> Any:
 
 
 def _reduce_class(part: Any) -> Any:
-    """Return how to pickle the class of a part: by its name if its module can be imported."""
+    """Return the name of a class that can be imported, or a function call that loads the class."""
     is_from_file = part.__module__.startswith(MODULE_PREFIX)
     if not is_from_file or not part.name:
         return part.__qualname__
     return _restore_attribute, (_find_origin(part), part.__qualname__)
 
 
-# `parts` imports this module, so both registrations precede all files with parts. A pickle of an
-# experiment contains the origins of its parts, and a pickle of a part contains its class.
+# `parts` imports this module, so both calls precede all files with parts. The first is for pickles
+# of experiments, which contain the origins of parts. The second is for pickles of parts.
 registry.set_origin_finder(_find_origin)
 copyreg.pickle(PartMeta, _reduce_class)

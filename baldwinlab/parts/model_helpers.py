@@ -1,8 +1,7 @@
 """Public helpers of `baldwinlab.parts` for hooks of the MiniWorld model.
 
-The model defines most of them. The package of parts is below the models, so it imports no model. A
-helper is imported when a part imports its name, as the registry imports a built-in part when an
-experiment chooses it.
+The MiniWorld model defines most helpers. The package of parts is below the models and must not
+import a model. So `baldwinlab.parts` imports a helper only when a part imports the helper by name.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ def draw_unit(state: Any, world: int, purpose: int, index: int, draw: int) -> np
     Parameters
     ----------
     state : State
-        Arrays of the step. They contain the seed, the run and the generation.
+        Arrays of the step, with the seed, the run and the generation.
     world : int
         Index of the world.
     purpose : int

@@ -24,7 +24,7 @@ class FinalPopulation(NamedTuple):
 
     # Genomes of the agents that are alive, [run, agent, module, weight].
     genome: npt.NDArray[np.float32]
-    # Indices of the agents at the beginning of the lifetime from which the two parents descend,
+    # Indices of the two agents at the beginning of the lifetime from which an agent descends,
     # [run, agent, 2].
     origin: npt.NDArray[np.int32]
 
@@ -39,7 +39,7 @@ class LifeResults(NamedTuple):
     cost : array, float64 [run, agent]
         Cost of learning.
     learned : array, float32 [run, agent, weight], or None
-        First module at death. None if it is not needed.
+        Weights of the first module at death. None if these weights are not needed.
     records : Mapping[str, array]
         Further recorded variables by name, each [run, agent].
     final_population : FinalPopulation or None
@@ -49,7 +49,8 @@ class LifeResults(NamedTuple):
     position : array, float32 [run, agent, 2], or None
         Position at the end, x and y. None without a world.
     lifetimes : tuple of LifeResults
-        Results of each lifetime, if agents have several. The fields above are then their means.
+        Results of each lifetime, if agents have several lifetimes. `energy`, `cost` and `records`
+        are then means, `eaten` is a sum, and the other fields are those of the first lifetime.
     """
 
     energy: npt.NDArray[np.float64]
@@ -86,7 +87,7 @@ class Model(Part):
     measures : Mapping[str, Measure]
         Measures of a run, by name.
     shares : Mapping[str, Measure]
-        Further curves over the generations, which figures show next to recorded shares.
+        Measures that figures show as curves, in addition to the records with the unit "1".
     alleles : Mapping[str, float]
         Value of each allele in a genome, by name, in the order of drawing.
     views : Mapping[str, View]
@@ -99,7 +100,7 @@ class Model(Part):
         Name of the record with a trait at birth on which selection acts, or "" for innate fitness.
     learned_distance : str
         Name of the record, or of the entry of `shares`, with the distance between an agent at birth
-        and its goal of learning. "" for the distance of its weights between birth and death.
+        and the goal of learning. "" for the distance between the weights at birth and at death.
     learning_time : str
         Name of the record with the number of steps or trials until an agent has learned, or "".
     learning_amount : str
@@ -147,8 +148,7 @@ class Model(Part):
         return max(1, getattr(self, self.lifetime_steps)) if self.lifetime_steps else 1
 
     def all_shares(self) -> dict[str, Measure]:
-        """Return `shares`, and the recorded shares as means over agents."""
-        # A record with the unit 1 is a share.
+        """Return `shares`, and the mean over agents of each record with the unit "1"."""
         recorded_shares = {
             name: Measure(variable.meaning, _mean_of(name))
             for name, variable in self.records.items()
@@ -205,7 +205,7 @@ class Model(Part):
         seed : int
             Seed of the study.
         runs : sequence of int
-            Numbers of the runs. Together with seed and generation they key the random numbers.
+            Indices of the runs. Seed, run and generation are the key of the random numbers.
         generation : int
             Generation, from 0.
         genomes : array, float32 [run, agent, module, weight]
@@ -237,7 +237,7 @@ class Model(Part):
         cost : array, float64 [run, agent], optional
             Cost of learning. 0 by default.
         learned : array [run, agent, weight], optional
-            First module at death, if it is needed.
+            Weights of the first module at death, if they are needed.
 
         Returns
         -------

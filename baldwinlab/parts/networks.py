@@ -1,4 +1,4 @@
-"""The kind of part that computes outputs from inputs, and its hooks."""
+"""The kind of part that computes outputs from inputs, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def backward(part: Any, training: Training, lane: Lane) -> None:
 def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
     """Write the links of a network without layers, for drawings.
 
-    Per agent. The engine never calls it. The lab and the figures call it in plain Python when they
+    Per agent. The engine never calls the hook. The lab and the figures call it in plain Python to
     draw a network.
 
     Parameters
@@ -136,7 +136,7 @@ class Network(Part):
         Returns
         -------
         tuple of int
-            Number of units per layer. Their sum is the number of units of the network.
+            Number of units per layer. The sum is the number of units of the network.
         """
         return (inputs, *hidden, actions)
 

@@ -1,4 +1,4 @@
-"""The base class of all kinds of parts, and functions that list their hooks and their records.
+"""The base class of all kinds of parts, and functions that list the hooks and records of a part.
 
 A part is a subclass of a kind of part, with a name: `class Social(LearningRule, name="social")`.
 
@@ -7,15 +7,16 @@ A part is a subclass of a kind of part, with a name: `class Social(LearningRule,
 - Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
 
 The kind declares the names of the arguments of each hook. The first argument is the part: a
-NamedTuple of its numeric settings, its `derived` values and its arrays.
+NamedTuple of the numeric settings, the `derived` values and the arrays of the part.
 
-Parts of agents and of their world have two types of hooks. A *per-agent* hook is called for one
-lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. It must not
-read other agents. It reads and writes its lane only by `get` and `put`. A *per-world* hook may read
-and write the arrays of all agents of its world: `prepare_senses`, `observe_others`, `init_world`,
-`end_step`.
+Parts of agents and of the world have two types of hooks. A *per-agent* hook is called for one
+lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. The hook
+must not read other agents. It reads and writes its lane only by `get` and `put`. A *per-world* hook
+may read and write the arrays of all agents of its world: `prepare_senses`, `observe_others`,
+`init_world`, `end_step`.
 
-The records of a part are numbers of agents that it writes during life, and that are stored.
+A *record* is an array with one number per agent that a part writes during a lifetime. The study
+stores the values at the end of the lifetime.
 
 The fields of `model` and `state` are described in `MiniWorldModel` and `State` of
 `baldwinlab/models/miniworld/state.py`.
@@ -41,14 +42,14 @@ if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
 else:
     FieldsMeta = type(Fields)
-# Kinds of parts whose hooks create generations. They have no arrays of agents.
+# Kinds of parts with hooks that create generations. Such parts have no arrays of agents.
 BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
 # Hooks that read results of lifetimes.
 READING_HOOKS: Final = ("evaluate", "select", "should_stop")
 
 
 class PartMeta(FieldsMeta):
-    """Metaclass of parts, for which `loading` registers how their classes are pickled."""
+    """Metaclass of parts. `loading` registers a function that pickles classes of this metaclass."""
 
 
 class Part(Fields, metaclass=PartMeta):
@@ -67,16 +68,15 @@ class Part(Fields, metaclass=PartMeta):
         Arrays of the part by name, declared with `per_agent`, `per_world` or `per_run`. A
         dimension is a number, or "weights", "units", "inputs" or "actions".
     records : Mapping[str, Array]
-        Arrays of one row per agent that are recorded, declared with `per_agent`. They are 0 at
-        birth. Their values at the end of the lifetime are stored with the run.
+        Recorded arrays [1, lane] by name, declared with `per_agent`. A record is 0 at birth. The
+        value at the end of the lifetime is stored with the run.
     read_records : tuple of str
-        Names of the records that the hooks of the part read. Set from their source.
+        Names of the records that the hooks of the part read. Set from the source of the hooks.
     derived : Mapping[str, Callable]
         Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
         `part.NAME`.
     required_settings : Mapping[str, Any]
-        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
-        them.
+        Settings by dotted path that an experiment with the part needs, for `baldwinlab check`.
     genes : Mapping[str, Gene]
         Genes of the part by name. In hooks of a lifetime, `part.NAME` is an array [1, lane] with
         the gene of each agent. In hooks of evolution, `part.NAME` is the index of the gene in the
@@ -91,7 +91,7 @@ class Part(Fields, metaclass=PartMeta):
     kind: ClassVar[str] = ""
     name: ClassVar[str] = ""
     arrays: ClassVar[Mapping[str, Array]] = {}
-    # The records of a model are variables.
+    # The values are of the type Array, or Variable in a model.
     records: ClassVar[Mapping[str, Any]] = {}
     read_records: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
@@ -118,7 +118,7 @@ class Part(Fields, metaclass=PartMeta):
         taken_names = dict.fromkeys([*cls.model_fields, *cls.derived]) | dict(cls.arrays)
         require_valid_genes(cls, taken_names)
         cls.genes = dict(sorted(cls.genes.items()))
-        # The genes are the last fields: of a lifetime as arrays, of evolution as indices.
+        # Genes are the last fields: arrays in parts of a lifetime, indices in parts of evolution.
         gene_fields: list[str] = list(cls.genes)
         if cls.genes and cls.kind not in BREEDING_KINDS:
             add_gene_arrays(cls)
@@ -152,7 +152,7 @@ class Part(Fields, metaclass=PartMeta):
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """Return the names of the hooks of a kind and of its bases that add hooks, in their order."""
+    """Return the names of the hooks of a kind, then of base classes that add hooks."""
     return list(_default_hooks(kind))
 
 
@@ -170,7 +170,7 @@ def numeric_fields(part: type[Part]) -> list[str]:
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
-    """Return the first argument of the hooks of a part."""
+    """Return the first argument of the hooks of a part. `allocate` makes a declared array."""
     kind = type(part)
     settings: dict[str, Any] = {}
     for name in numeric_fields(kind):
@@ -207,6 +207,7 @@ def _require_signatures(part: type[Part]) -> None:
 def _default_hooks(part: type[Part]) -> dict[str, Callable[..., Any]]:
     """Return the default of each hook by name: of the kind, then of bases that add hooks."""
     defaults: dict[str, Callable[..., Any]] = {}
+    # The reversed order begins with the kind, and `setdefault` keeps the first default of a hook.
     for base in reversed(part.__mro__):
         is_kind = Part in base.__bases__
         if is_kind or vars(base).get("adds_hooks"):
@@ -217,7 +218,7 @@ def _default_hooks(part: type[Part]) -> dict[str, Callable[..., Any]]:
 
 
 def add_record_arrays(part: Any) -> None:
-    """Declare an array for each record of a part, after its other arrays."""
+    """Declare an array for each record of a part, after the other arrays of the part."""
     for name, array in part.records.items():
         is_number = isinstance(array, Array) and (array.owner, array.rows) == ("agent", (1,))
         if not is_number or array.dtype not in RECORD_TYPES:
@@ -243,6 +244,7 @@ def list_read_records(part: Any) -> tuple[str, ...]:
 
 
 def _is_records(node: ast.expr) -> bool:
+    # In `lifetimes.records.NAME`, the node is `lifetimes.records`.
     return isinstance(node, ast.Attribute) and node.attr == "records"
 
 
@@ -270,6 +272,7 @@ def _choose_clear(part: Any, lane: Any) -> Callable[..., None]:
     names = _record_names(holder)
     if not names:
         return lambda part, lane: None
+    # The records are successive fields of a compiled part.
     first = holder.Compiled._fields.index(names[0])
     end = first + len(names)
     return lambda part, lane: _clear_arrays(part[first:end], lane)

@@ -1,4 +1,4 @@
-"""The kind of part that selects the parents of each child, and its hooks."""
+"""The kind of part that selects the parents of each child, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from baldwinlab.parts.world_features import end_step
 
 
 class Generation(NamedTuple):
-    """A population at the end of its lifetimes, and the parents of its children.
+    """A population at the end of a lifetime, and the selected parents of the next generation.
 
     Attributes
     ----------
     stream : Stream
-        Any number of random numbers: `draw(stream, number)`.
+        Key of further random numbers, which `draw(stream, number)` returns.
     lifetimes : Lifetimes
         Energy, cost of learning, eaten items, final position, records and genomes. Read only.
     fitness : array, float64 [agent]
@@ -64,7 +64,7 @@ def select(part: Any, generation: Generation) -> None:
     generation : Generation
         Fitness, results of lifetimes, and random numbers. The hook fills `generation.parents`. Then
         the engine puts the fitter parent first. If the second parent of a child is `ITSELF`, the
-        first agent survives unchanged.
+        first parent survives unchanged.
     """
 
 
@@ -72,7 +72,7 @@ def select(part: Any, generation: Generation) -> None:
 def mark_survivors(part: Any, generation: Generation, count: int) -> None:
     """Mark the agents that survive unchanged.
 
-    Per population, after selection, if `evolution.elite` is above 0. By default the `count` fittest
+    Per population, after `select`, also if `count` is 0. By default the `count` fittest agents
     survive, with ties broken at random.
 
     Parameters
@@ -90,9 +90,9 @@ def mark_survivors(part: Any, generation: Generation, count: int) -> None:
 
 @cache
 def reads_lifetimes(selection: Any) -> bool:
-    """Return whether the hook `select` of a class reads results of lifetimes, by its source.
+    """Return whether the source of the hook `select` of a class reads results of lifetimes.
 
-    A hook without source, or one that passes its generation to a function, could read them.
+    The result is also True without a source, or if the hook passes its generation to a function.
     """
     definition = find_definition(selection.select)
     if definition is None:
@@ -112,10 +112,11 @@ def mark_fittest(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> N
     """Mark the fittest agents as survivors.
 
     - `fitness`: [agent].
-    - `ties` [agent]: agents with the same fitness survive in the order of these numbers, then of
-      their index.
+    - `ties` [agent]: agents with the same fitness survive in ascending order of these numbers, then
+      of the index of the agent.
     - `parents` [child, 2]: output: the function sets the first `count` rows to (agent, `ITSELF`).
     """
+    # -1 is no agent: there is no previous survivor, or no candidate yet.
     previous = -1
     for survivor in range(count):
         best = -1

@@ -1,4 +1,4 @@
-"""The kind of part that computes the inputs of an agent, and its hooks."""
+"""The kind of part that computes the inputs of an agent, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
 
@@ -49,7 +49,7 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
     """
@@ -69,7 +69,7 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int
@@ -78,13 +78,13 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
 
 
 def _count_inputs(part: Any) -> Any:
-    """Return the number of inputs of a sense, from the first argument of its hooks."""
+    """Return the number of inputs of a sense, by the first argument `part` of the hooks."""
     inputs = type(part).part.inputs
     return part.n_inputs if isinstance(inputs, property) else len(inputs)
 
 
 def _choose_count_inputs(part: Any) -> Any:
-    """Return `_count_inputs` for a type of sense: a constant, or the value of the part."""
+    """Return the source of `_count_inputs`: a constant, or the value of the part for a property."""
     inputs = part_class(part).inputs
     if isinstance(inputs, property):
         return lambda part: part.n_inputs
@@ -105,8 +105,7 @@ def find_first_input(part: Any, experiment: Any) -> int:
 class Sense(Part):
     """Sense of an agent, which writes inputs of its network.
 
-    An input of a binary sense is 0 or 1. An input of a continuous sense is any finite
-    number.
+    An input of a binary sense is 0 or 1. An input of a continuous sense is any finite number.
 
     If the number of inputs follows from the settings of the part, `inputs` and `sectors` are
     properties. Hooks then read the number of inputs as `part.n_inputs`.
@@ -122,7 +121,7 @@ class Sense(Part):
         Kind of the items that the sense detects. "" means food.
     only_items : bool
         True if the inputs depend on items alone. If this holds for all senses, the engine skips
-        them for an agent without a nearby item.
+        the senses of an agent without a nearby item.
     is_continuous : bool
         True if `measure` writes the inputs, False if `sense` returns them as bits. The hooks of a
         continuous sense read the row of its first input in `state.activations` as

@@ -1,4 +1,4 @@
-"""The kind of part that creates the genomes of founders and children, and its hooks."""
+"""Variation, the kind of part that creates the genomes of founders and children, and its hooks."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Mating(NamedTuple):
     ----------
     fitter, second : array, float32 [module, weight]
         Genomes of the parents, the fitter one first. Read only.
-    draws : array, float64 [module and weight, 4]
-        Random numbers in (0, 1), four per gene. Read only.
+    draws : array, float64 [gene, 4]
+        Random numbers in (0, 1), four per gene, in the order of modules and weights. Read only.
     gate : float
         Random number in (0, 1), one per child.
     child : array, float32 [module, weight]
@@ -53,7 +53,7 @@ class Brood(NamedTuple):
         Fitness of each agent. Read only.
     parents : array, int32 [child, 2]
         Indices of the parents. Read only.
-    draws : array, float64 [module and weight, 4]
+    draws : array, float64 [gene, 4]
         Scratch memory for random numbers.
     children : array, float32 [child, module, weight]
         Output: the genomes of all children.
@@ -71,7 +71,7 @@ class Brood(NamedTuple):
 def vary(part: Any, mating: Mating) -> None:
     """Create one child from two parents.
 
-    Per child, by the default `vary_population`. It must write every entry of `mating.child`.
+    Per child, called by the default `vary_population`. The hook must fill `mating.child`.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def vary_population(part: Any, brood: Brood) -> None:
 
 @compiled
 def vary_children(part: Any, brood: Brood, first_child: int, end_child: int) -> None:
-    """Create the children of a range, as the default of `vary_population`."""
+    """Create the children `first_child` to `end_child` - 1, as the default `vary_population`."""
     genome = brood.genome
     parents = brood.parents
     draws = brood.draws
@@ -125,7 +125,7 @@ def vary_children(part: Any, brood: Brood, first_child: int, end_child: int) -> 
 def init_founders(part: Any, genome: Any) -> None:
     """Change the genomes of the founders.
 
-    Per population, in the first generation. By default the genomes stay as they are drawn.
+    Per population, in each generation without parents. By default the genomes stay as drawn.
 
     Parameters
     ----------
@@ -141,11 +141,11 @@ MUTATION_READERS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "mutation_rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
     # Size of a mutation, for example of the interval U(-size, size) that is added to a weight.
     "mutation_size": lambda part, experiment: float(experiment.evolution.mutation_size),
-    # Whether one random number decides if all weights of a child mutate, or none. Otherwise each
-    # weight has its random number.
+    # Whether one random number decides if all weights of a child mutate, or none. Otherwise there
+    # is a random number for each weight.
     "mutation_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
 }
-"""Derived values of a variation, by the setting of the table `evolution` that it reads."""
+"""Functions that return derived values of a variation, by setting of the table `evolution`."""
 
 
 class Variation(Part):
@@ -173,7 +173,7 @@ class Variation(Part):
                 f"{cls.__name__}.reads: {', '.join(sorted(unknown))} must be some of "
                 f"{', '.join(MUTATION_READERS)}"
             )
-        # A base class can read other settings.
+        # The settings that a base class reads are removed, because this class can read others.
         derived = {key: value for key, value in cls.derived.items() if key not in MUTATION_READERS}
         cls.derived = derived | {setting: MUTATION_READERS[setting] for setting in cls.reads}
         super().__pydantic_init_subclass__(name=name, **options)

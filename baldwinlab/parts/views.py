@@ -95,7 +95,7 @@ class View(NamedTuple):
         Text for the reader, in one or two sentences.
     make_data : Callable
         Function `make_data(model, key, genomes, agent)` that returns the data. `key` has `seed`,
-        `run`, `generation` and `uniforms`. `genomes` are those at birth, float32
+        `run`, `generation` and `uniforms`. `genomes` are the genomes at birth, float32
         [agent, module, weight].
     has_agent_choice : bool
         True if the reader chooses the agent. False: `agent` is the fittest.

@@ -1,4 +1,4 @@
-"""The kind of part that adds items, walls or changes to the world, and its hooks."""
+"""The kind of part that adds items, walls or changes to the world, and the hooks of this kind."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def init_world(part: Any, model: Any, state: Any, world: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     """
@@ -92,7 +92,7 @@ def blocks_sight(part: Any, model: Any, line: LineOfSight) -> Mask:
     bool, or a mask
         True if the line is blocked. The default hook returns False.
     """
-    # The result is False. Its type, a bool or a mask, is that of a comparison with `dx`.
+    # The result is False, in the type of a comparison with `dx`: a bool or a mask.
     return line.dx * ZERO > ONE
 
 
@@ -117,6 +117,7 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
     bool, or a mask
         True if an agent cannot enter the position. The default hook returns False.
     """
+    # As in `blocks_sight`, the result is False in the type of a comparison.
     return x * ZERO > ONE
 
 
@@ -134,7 +135,7 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int
@@ -152,7 +153,7 @@ class ItemRegion(Fields):
     kind : str
         Kind of the items, such as "food".
     x, y : (float, float)
-        Left and right edge, and upper and lower edge, in units of length.
+        `x`: left and right edge. `y`: upper and lower edge. In units of length.
     count : int
         Number of items.
     energy : float

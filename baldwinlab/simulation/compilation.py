@@ -1,9 +1,9 @@
-"""Compilation of the code of experiments before their simulation, in parallel processes.
+"""Compilation of the code of experiments before the simulation, in parallel processes.
 
-Numba compiles one function at a time in a process. Several processes therefore compile the
-combinations of parts that are not in the on-disk cache, and store the compiled code in it. A
-process gets similar experiments, because they share compiled functions. It also gets the source of
-their third-party parts.
+Compiled code depends on the combination of parts of an experiment. Numba compiles one function at a
+time in a process. Therefore, several processes compile the combinations that are not in the on-disk
+cache, and store the compiled code there. Each process reads similar experiments, which use the same
+compiled functions, and the source of third-party parts as JSON from the standard input:
 
     python -m baldwinlab.simulation.compilation  < {"experiments": [...], "parts": [...]}
 """
@@ -44,14 +44,14 @@ def compile_experiments(
     backend: Backend = CPU,
     log: Callable[[str], None] = lambda message: None,
 ) -> float:
-    """Compile the code of experiments, or load it from the cache.
+    """Compile the code of experiments, or load the code from the cache. Return elapsed seconds.
 
-    `log`: receives progress messages if compilation takes long. Returns elapsed time in seconds.
+    `log`: called with progress messages if a process has more than `QUIET_COMBINATIONS`.
     """
     start = time.perf_counter()
     segments = [segment for experiment in experiments for _, segment in experiment.segments()]
     shortened = {_code_key(segment): _shorten(segment) for segment in segments}
-    # Similar experiments become neighbors, so that one process compiles them.
+    # Sorting puts similar experiments next to each other, so that one process compiles them.
     uncompiled = [
         experiment
         for _, experiment in sorted(shortened.items(), key=lambda item: str(item[0]))
@@ -62,6 +62,7 @@ def compile_experiments(
     can_share_cache = available_cores() > 1 and bool(cache_root())
     if backend is CPU and len(uncompiled) > 1 and can_share_cache:
         _compile_in_processes(uncompiled, log)
+    # A short simulation loads the compiled code into this process, or compiles it here.
     for experiment in shortened.values():
         simulate_histories(experiment, seed=0, runs=[0], backend=backend)
     return time.perf_counter() - start
@@ -81,16 +82,16 @@ def _code_key(experiment: BaseExperiment) -> tuple[Any, ...]:
 
 
 def _shorten(experiment: BaseExperiment) -> BaseExperiment:
-    """Return an experiment of the same parts with two generations of one step."""
+    """Return an experiment with the same parts, two generations, and one step in MiniWorld."""
     lifetime = {"lifetime": {"steps": 1}} if isinstance(experiment, Experiment) else {}
     return experiment.replace(evolution={"generations": 2}, **lifetime)
 
 
 def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], None]) -> None:
-    """Fill the cache with one process per core.
+    """Compile experiments in up to one further process per core, which fill the cache.
 
-    The calling process compiles the evolution operators and the last experiment. Errors of other
-    processes are ignored, because the later simulation raises the same error.
+    Meanwhile, the calling process compiles the evolution operators and the last experiment. Errors
+    of other processes are ignored, because the later simulation raises the same error.
     """
     *process_experiments, last_experiment = experiments
     processes = list[subprocess.Popen[bytes]]()
@@ -152,7 +153,7 @@ def _start_compilation(experiments: list[Experiment]) -> subprocess.Popen[bytes]
 def _main() -> None:
     request = json.loads(sys.stdin.read())
     for text, file in request["parts"]:
-        # The name of the file is a part of the key of the cache.
+        # The file name is needed, because the key of the cache contains it.
         load_text(text, Path(file))
     for fields in request["experiments"]:
         cpu.compile_simulation(validate(fields))

@@ -45,7 +45,7 @@ from baldwinlab.parts.lifetimes import Lifetimes, map_arrays, read_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.records import make_batch, read_run_arrays
 
-# Parent of an agent without parents.
+# Index of the parent of an agent without parents.
 NO_PARENT = -1
 # Row of a run without saved genomes in a generation.
 NO_ROW = -1
@@ -233,7 +233,7 @@ class Histories:
         self.saved_genomes[generation] = SavedGenomes(rows, self.genomes)
 
     def _record_genes(self, generation: int) -> None:
-        """Record the genes of parts. They are NaN for a species that does not have them."""
+        """Record the genes of parts by name. A gene is NaN for a species without this gene."""
         names = self.experiment.gene_names
         if not names:
             return
@@ -456,10 +456,10 @@ class History:
         return self.batch.run_arrays_before[self._index]
 
     def dataset(self) -> xr.Dataset:
-        """Return the simulated generations as a dataset; at least one generation is required.
+        """Return the simulated generations as a dataset. At least one generation is required.
 
-        The dataset is bit-identical to the run of an experiment with this number of generations. It
-        shares its arrays with the history: copy it if the simulation continues.
+        The dataset is bit-identical to the run of an experiment with this number of generations.
+        Copy the dataset if the simulation continues, because it uses the arrays of the history.
         """
         return as_run(self.record())
 

@@ -1,9 +1,8 @@
-"""Estimates of the memory and disk space of simulations before they start, in bytes.
+"""Estimates of the memory and disk space that simulations need, in bytes.
 
-The estimate is derived from the declared arrays of a batch and the recorded variables. The
-constants below are measured, and tests compare the estimates with the actual use. The estimate for
-a third-party model contains only its genomes and records, because its lifetimes can allocate other
-memory.
+An estimate is the size of the declared arrays of a batch and of the recorded variables. The
+constants below are measured, and tests compare the estimates with the actual use. For a model other
+than MiniWorld, an estimate excludes the memory of lifetimes, which is unknown.
 """
 
 from __future__ import annotations
@@ -32,37 +31,38 @@ from baldwinlab.experiment.species import ACROSS, combine_inputs
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
 
-# Bytes of compiled code and of the compiler.
+# Memory of compiled code and of the compiler.
 ENGINE_BYTES: Final = 200 * 2**20
 # Copies of the genomes of a batch: at birth, during learning, after learning, and of the offspring.
 GENOME_COPIES: Final = 4
-# Copies of a record while it is stored: arrays, dataset, netCDF and bytes.
+# Copies of a record during storage: arrays, dataset, netCDF and bytes.
 STORED_RECORD_COPIES: Final = 4
-# Copies of a record while it is read.
+# Copies of a record during reading.
 READ_RECORD_COPIES: Final = 3
-# Copies of a trace while it is recorded.
+# Copies of a trace during recording.
 TRACE_COPIES: Final = 3
-# Copies of all records without genomes while they are concatenated.
+# Copies of all records without genomes during the concatenation of records.
 TABLE_COPIES: Final = 3
-# Bytes of the bootstrap resamples of a run while conditions are compared, and of all runs. Large
-# samples are resampled in batches.
+# Memory of the bootstrap resamples of a run in a comparison of conditions, and the maximum for all
+# runs. The maximum exists because large samples are resampled in batches.
 RESAMPLED_RUN_BYTES: Final = 250_000
 MAX_RESAMPLED_BYTES: Final = 200 * 2**20
-# Bytes of a run in a list of tasks.
+# Memory of a run in a list of tasks.
 RUN_BYTES: Final = 64
-# Bytes of a file in addition to its variables and its experiment.
+# Bytes of a file without the variables and without the text of the experiment.
 HEADER_BYTES: Final = 2300
 # Maximum size of a variable in a netCDF file of version 3, in bytes.
 MAX_VARIABLE_BYTES: Final = 2**31 - 1
 
-# Limits of a file of records: agent-steps, because a killed process loses the runs that are not yet
-# stored; bytes, because a file is read as a whole; and runs. A batch of fewer runs saves no time.
+# Maximum agent-steps of a file of records, because a killed process loses the runs that are not yet
+# stored. Maximum bytes, because a file is read as a whole. Maximum number of runs. A batch with
+# fewer runs than the minimum saves no time.
 MAX_STEPS_PER_FILE: Final = 5_000_000
 MAX_BYTES_PER_FILE: Final = 64 * 2**20
 MAX_RUNS_PER_FILE: Final = 1000
 MIN_RUNS_PER_BATCH: Final = 16
 
-# Experiments, each with its number of runs.
+# Pairs of an experiment and a number of runs.
 PlannedRuns = Sequence[tuple[BaseExperiment, int]]
 
 
@@ -83,7 +83,7 @@ def _record_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records."""
     last_generation = experiment.evolution.generations - 1
     interval = experiment.record.genome_every
-    # Genomes are stored at this interval from generation 0, and in the last generation.
+    # Genomes are stored in the generations 0, interval, 2 * interval, ..., and in the last one.
     n_regular = last_generation // interval + 1
     is_last_extra = last_generation % interval > 0
     sizes = _table_sizes(experiment)
@@ -94,7 +94,7 @@ def _record_sizes(experiment: BaseExperiment) -> dict[str, int]:
 
 
 def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
-    """Return the sizes of the dimensions that do not depend on loaded parts."""
+    """Return the sizes of the dimensions that are known without the parts of the experiment."""
     return {
         "generation": experiment.evolution.generations,
         "agent": experiment.population.size,
@@ -113,12 +113,12 @@ def variable_bytes(declared: Mapping[str, Variable], sizes: Mapping[str, int]) -
 
 
 def record_bytes(experiment: BaseExperiment) -> int:
-    """Return the bytes of the variables of a record."""
+    """Return the bytes of all variables of a record."""
     return sum(variable_bytes(record_variables(experiment), _record_sizes(experiment)).values())
 
 
 def runs_per_file(experiment: BaseExperiment) -> int:
-    """Return the number of runs in a file of records. It is 1 for large runs."""
+    """Return the number of runs in a file of records. A large run has its own file."""
     agent_steps = experiment.evolution.generations * experiment.agent_steps
     n_runs = min(
         MAX_RUNS_PER_FILE,
@@ -129,7 +129,7 @@ def runs_per_file(experiment: BaseExperiment) -> int:
 
 
 def dataset_bytes(experiment: BaseExperiment) -> int:
-    """Return the bytes of a run with the genomes of all generations, as `simulate` returns it."""
+    """Return the bytes of a dataset from `simulate`, which has the genomes of all generations."""
     sizes = dimension_sizes(experiment)
     omitted_generations = sizes["generation"] - sizes["kept_generation"]
     return record_bytes(experiment) + omitted_generations * _genome_bytes(experiment)
@@ -145,7 +145,7 @@ def _genome_bytes(experiment: BaseExperiment) -> int:
 def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
     """Return the memory for a generation of `n_worlds` parallel runs."""
     members = experiment.species_experiments() or (experiment,)
-    # In competition, a species can have all agents of the population.
+    # With competition across species, one species can grow to the entire population.
     size = {"size": experiment.population.size}
     if experiment.evolution.compete == ACROSS:
         members = tuple(member.replace(population=size) for member in members)
@@ -170,7 +170,7 @@ def _batch_bytes(experiment: BaseExperiment, n_worlds: int, n_runs: int) -> int:
 
 
 def estimate_simulation(experiment: BaseExperiment) -> Need:
-    """Estimate one run that is returned as a dataset; the conversion needs a second copy."""
+    """Estimate a run that `simulate` returns. The conversion to a dataset needs a second copy."""
     dataset_copies = 2
     return Need(
         ENGINE_BYTES
@@ -196,7 +196,7 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
         if n_runs
     ]
     memory = largest_total(tasks, workers)
-    # All experiments of a study have about the same length.
+    # The texts of all experiments of a study have about the same length.
     first_experiment, _ = planned[0]
     header_bytes = HEADER_BYTES + len(to_toml(first_experiment).encode())
     disk = 0
@@ -210,10 +210,9 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
 
 
 def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
-    """Return the maximum memory of parallel tasks.
+    """Return the memory of the `workers` largest tasks, which can run at the same time.
 
-    `tasks`: bytes of a task, and the number of such tasks. Returns bytes of the `workers` largest
-    tasks.
+    `tasks`: pairs of the bytes of a task and the number of such tasks.
     """
     memory = 0
     idle_workers = workers
@@ -225,9 +224,9 @@ def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
 
 
 def estimate_tables(stored: PlannedRuns) -> Need:
-    """Estimate the comparison of stored runs, in one dataset without genomes.
+    """Estimate the comparison of stored runs in one dataset without genomes.
 
-    Each run of the dataset has the size of the largest one.
+    All runs in the dataset have the size of the largest run, because shorter runs are padded.
     """
     declared = {
         name: variable for name, variable in RECORD_VARIABLES.items() if name != "kept_genome"
@@ -240,7 +239,7 @@ def estimate_tables(stored: PlannedRuns) -> Need:
         variables = declared | dict(TIME_SERIES_VARIABLES) if has_series else declared
         table_bytes.append(sum(variable_bytes(variables, sizes).values()))
     largest_record_bytes = 0
-    # The size of a genome is unknown if a part is not loaded.
+    # If a part is not loaded, the size of a genome is unknown, and records count as 0 bytes.
     with suppress(ExperimentError):
         largest_record_bytes = max(map(record_bytes, experiments), default=0)
     total_runs = sum(n_runs for _, n_runs in stored)
@@ -254,7 +253,7 @@ def estimate_tables(stored: PlannedRuns) -> Need:
 
 
 def estimate_replay(experiment: Experiment, n_lives: int = 1) -> Need:
-    """Estimate the traces of `n_lives` lifetimes. The trace of one lifetime is stored.
+    """Estimate the memory of `n_lives` traces, and the disk space of one stored trace.
 
     A trace has the agents of one world.
     """

@@ -1,7 +1,8 @@
-"""Recorders of the variables of a batch after selected numbers of steps.
+"""Recorders: objects that read variables of a batch during a lifetime.
 
-The state after `s` steps holds the positions of agents and items at the beginning of step `s`. The
-state after `s + 1` steps holds the inputs, outputs and actions of the agents in step `s`.
+A time is a number of simulated steps. The state at the time `s` contains the positions of agents
+and items at the beginning of step `s`. The state at the time `s + 1` contains the inputs, outputs
+and actions of the agents in step `s`.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ import numpy.typing as npt
 from baldwinlab.models.miniworld.allocation import iterate_arrays
 from baldwinlab.models.miniworld.backends.choice import SimulatedAgents
 
-# Agents of a batch, world after world: a range, or a single agent.
+# Lanes are the indices of agents in a batch: first all agents of world 0, then those of world 1.
 Lanes = slice | int
-# The world of a batch whose items are recorded.
+# Index of the world of a batch with recorded items.
 RECORDED_WORLD = 0
 Array = npt.NDArray[Any]
 
-# Functions that read a variable. The first axis of agents' variables is the lane.
+# Functions that read a variable. The first axis is the lane, which is the last axis of the state.
 VARIABLE_READERS: Mapping[str, Callable[[SimulatedAgents, Lanes], Array]] = {
     "x": lambda batch, lanes: batch.state.positions[0, lanes],
     "y": lambda batch, lanes: batch.state.positions[1, lanes],
@@ -29,38 +30,38 @@ VARIABLE_READERS: Mapping[str, Callable[[SimulatedAgents, Lanes], Array]] = {
     "heading": lambda batch, lanes: batch.state.heading[0, lanes],
     "action": lambda batch, lanes: batch.state.action[0, lanes],
     "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,
-    # Only for a teacher that computes its outputs in every step.
+    # Only for a teacher that computes outputs in every step.
     "teacher_activations": lambda batch, lanes: batch.state.lookup.activations[:, lanes].T,
     "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
-    # The outputs are the last units. Each output has a target.
+    # The outputs are the last units, one for each target.
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
-    # 1 for agents that are alive.
+    # 1 for living agents, 0 for dead agents.
     "alive": lambda batch, lanes: batch.state.alive[0, lanes],
-    # Numbers of eaten items of each region, then of eaten agents of each species.
+    # [lane, kind]: items of each region, then agents of each prey species, eaten since birth.
     "eaten_kinds": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].T,
-    # Number of items from birth to the current step.
+    # [lane]: the sum over kinds.
     "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),
-    # The agent that teaches.
+    # Index of the agent that teaches.
     "teacher": lambda batch, lanes: _teachers(batch)[0, lanes],
-    # [item, (x, y)].
+    # [item, (x, y)] of the recorded world.
     "items": lambda batch, lanes: batch.items()[RECORDED_WORLD],
 }
 
 
 def _teachers(batch: SimulatedAgents) -> Array:
-    """Return the array of the learning rule that holds the teacher of each agent."""
+    """Return the index of the teacher [1, lane], from the array that the learning rule names."""
     rule = batch.state.rule
     teachers: Array = getattr(rule, type(rule).part.teacher_array)
     return teachers
 
 
 class Recorder(Protocol):
-    """An object that reads a batch after some numbers of steps."""
+    """Object that reads a batch at several times of a lifetime."""
 
     @property
     def times(self) -> Collection[int]:
-        """The numbers of steps after which `record` is called."""
+        """Times of the calls of `record`."""
 
     def record(self, batch: SimulatedAgents, time: int) -> None:
         """Read the batch after `time` simulated steps."""
@@ -81,10 +82,10 @@ def record_batch(batch: SimulatedAgents, recorders: Sequence[Recorder]) -> None:
 
 
 class SpeciesRecorder:
-    """Call a recorder with the agents of one species of a batch."""
+    """Recorder that calls another recorder with the agents of one species instead of the batch."""
 
     def __init__(self, agents: SimulatedAgents, recorder: Recorder) -> None:
-        """`agents` is the view of the species."""
+        """`agents`: the view of the species."""
         self.times = recorder.times
         self._agents = agents
         self._recorder = recorder
@@ -94,7 +95,7 @@ class SpeciesRecorder:
 
 
 class Series:
-    """Record a variable of some agents: `values` is [time, ...]."""
+    """Recorder of a variable of some agents: `values` is [time, lane, ...], in order of `times`."""
 
     def __init__(
         self,
@@ -104,7 +105,7 @@ class Series:
         dtype: type[np.generic] | None = None,
         transform: Callable[[Array], Array] = np.asarray,
     ) -> None:
-        """Create a recorder that stores the result of `transform`, as `dtype` if it is given."""
+        """Create a recorder. `transform`: applied to the variable. `dtype`: type of `values`."""
         self.times = times
         self.values: Array
         self._read = VARIABLE_READERS[variable]
@@ -123,16 +124,16 @@ class Series:
 
 
 class ItemMoves:
-    """Record the positions of the items of one world at the first time, then each move."""
+    """Recorder of the positions of items in one world at the first time, and of all later moves."""
 
     def __init__(self, times: range) -> None:
-        """`times` are consecutive."""
+        """`times` are consecutive, so that each step is compared with the previous step."""
         self.times = times
-        # [item, (x, y)].
+        # [item, (x, y)]: positions at the first time.
         self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)
         # A world feature can move items that no agent has eaten, so positions are compared.
         self._previous_items = self.items
-        # The columns of the items that moved, an entry for each time with moves.
+        # For each time with moves: the arrays time, item, x and y, each [moved item].
         self._moves: list[tuple[Array, ...]] = []
 
     def record(self, batch: SimulatedAgents, time: int) -> None:
@@ -154,7 +155,7 @@ class ItemMoves:
             self._moves.append((times, moved_items, x, y))
 
     def columns(self) -> dict[str, Array]:
-        """Return the moves in order, [move]: `step` and `item` uint32, `x` and `y` float32."""
+        """Return all moves in order, each [move]: `step` (time), `item`, new `x`, new `y`."""
         types = {"step": np.uint32, "item": np.uint32, "x": np.float32, "y": np.float32}
         columns: dict[str, Array] = {}
         for column_index, (name, dtype) in enumerate(types.items()):
@@ -166,7 +167,7 @@ class ItemMoves:
 
 
 class FirstTime:
-    """Find the first time at which each of several conditions is true; NaN if it never is.
+    """Recorder of the first time at which each condition is true: `values` [condition], or NaN.
 
     A true condition must remain true. If a condition becomes true between two `times`, the recorder
     restores the state at the earlier time, and finds the step by bisection.
@@ -195,7 +196,7 @@ class FirstTime:
         return self._conditions(batch) & np.isnan(self.values)
 
     def _bisect(self, batch: SimulatedAgents, first_step: int, last_step: int) -> None:
-        """Simulate from the current step, and store the steps in which conditions become true."""
+        """Simulate from `first_step` to `last_step`. Store the times of newly true conditions."""
         is_single_step = last_step - first_step == 1
         if is_single_step:
             batch.simulate(first_step, last_step)

@@ -1,4 +1,4 @@
-"""Records of histories: the stored form of runs, one run or a batch of runs."""
+"""Records of histories: the stored form of one run, or of a batch of runs in one file."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from baldwinlab.evolution.species_breeding import SpeciesArrays
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 
-# A generation without stored genomes, in the padding of a batch.
+# Padding of the array `kept_generations`: no generation.
 NO_GENERATION = -1
 
 
 class RecordedRun(Protocol):
-    """The properties of a history that its record contains: see `History`."""
+    """Properties of a history that a record contains. `History` describes each property."""
 
     experiment: BaseExperiment
     seed: int
@@ -60,7 +60,7 @@ class RecordedRun(Protocol):
 
 
 class RecordBatch(NamedTuple):
-    """Records of several histories as one set of arrays: see `core.records`."""
+    """Records of several histories as one set of arrays. `core.records` describes the format."""
 
     # The variables of `record_variables` by name, with the additional first dimension `run`.
     data: dict[str, LabeledArray]
@@ -72,12 +72,12 @@ class RecordBatch(NamedTuple):
         return xr.Dataset(self.data, self.coordinates, self.attributes)
 
     def encode(self) -> bytes:
-        """Return the file of the batch."""
+        """Return the bytes of the file of the batch."""
         return encode_arrays(self.data | self.coordinates, self.attributes)
 
 
 def encode_history(history: RecordedRun) -> bytes:
-    """Return the file of the record of one history."""
+    """Return the bytes of the file of one history. The record has no dimension `run`."""
     batch = make_batch([history])
     data = {
         name: LabeledArray(variable.dims[1:], variable.values[0], variable.attributes)
@@ -97,7 +97,7 @@ def encode_history(history: RecordedRun) -> bytes:
 def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     """Return the records of several histories as one set of arrays.
 
-    `histories`: histories with equal `batch_key`, each with at least one generation.
+    The histories must have equal `BatchKeys.key`, and at least one generation each.
     """
     longest = max(histories, key=lambda history: history.n_generations)
     experiment = _shorten(longest)
@@ -128,6 +128,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     if any(history.is_stopped for history in histories):
         stops = [name_stop(history) for history in histories]
         data[STOP_ATTRIBUTE] = LabeledArray((RUN_DIM,), stops)
+    # [run, kept generation, agent, module, weight].
     *_, n_agents, _, n_weights = genomes.shape
     labels: dict[str, Any] = {
         RUN_DIM: np.array([history.run for history in histories], np.int32),
@@ -143,7 +144,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
 
 
 def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:
-    """Stack arrays that can differ in the size of their first dimension."""
+    """Stack arrays on a new first axis. Shorter arrays are padded with `fill` on the next axis."""
     lengths = {array.shape[:1] for array in arrays}
     if len(lengths) == 1:
         return _stack(arrays)
@@ -155,12 +156,12 @@ def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[A
 
 
 def _stack(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """Stack arrays of equal shape. A single array is not copied, because a run can be large."""
+    """Stack arrays of equal shape. A single array is not copied, to save memory for large runs."""
     return arrays[0][None] if len(arrays) == 1 else np.stack(arrays)
 
 
 def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[str, LabeledArray]:
-    """Return the arrays of the runs as variables of a batch, which `read_run_arrays` reads."""
+    """Return the arrays of runs as variables, such as `run_array.0.KEY`. See `read_run_arrays`."""
     stacked: dict[str, LabeledArray] = {}
     for species, arrays in arrays_of_runs[0].items():
         for key, array in arrays.items():
@@ -172,34 +173,34 @@ def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[str, Labe
 
 
 def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
-    """Return the arrays of the run from before the last generation of a record."""
+    """Return the arrays of a run before the last generation of the record, by species and key."""
     arrays_of_species: SpeciesArrays = {}
     for name in map(str, record.data_vars):
         if name.startswith(variables.RUN_ARRAY_PREFIX):
             species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
             arrays = arrays_of_species.setdefault(int(species), {})
-            # A record can be read only, and in another byte order.
+            # `astype` makes a writable copy in the byte order of this machine.
             values = record[name].values
             arrays[key] = values.astype(values.dtype.newbyteorder("="))
     return arrays_of_species
 
 
 def name_stop(history: RecordedRun) -> str:
-    """Return the name of the part that stopped a run, "" if none did."""
+    """Return the name of the stop part that ended a run, or "" if the run was not stopped."""
     if not history.is_stopped:
         return ""
     return str(history.experiment.at(history.n_generations - 1).evolution.stop)
 
 
 def _shorten(history: RecordedRun) -> BaseExperiment:
-    """Return the experiment of a history with its number of generations."""
+    """Return the experiment with the number of generations of the history."""
     return history.experiment.replace(evolution={"generations": history.n_generations})
 
 
 class _Layout(NamedTuple):
-    """The properties of a record that depend on the number of generations."""
+    """Properties of a record that are computed once per number of generations."""
 
-    # The text of the experiment without its number of generations.
+    # The text of the experiment, with 0 generations.
     text: str
     declared: tuple[tuple[str, variables.Variable], ...]
 
@@ -222,7 +223,8 @@ class BatchKeys:
             for species, arrays in history.stored_run_arrays.items()
             for key, array in arrays.items()
         ]
-        # A netCDF dimension of size 0 can only be the first one.
+        # Only the first dimension of a netCDF variable can have the size 0. In a batch, this is the
+        # run. The run in the key prevents a batch of several runs.
         has_empty_array = any(0 in shape for _, _, shape, _ in run_arrays)
         return (
             layout,
@@ -257,7 +259,7 @@ def _shared_attributes(experiment: BaseExperiment, seed: int) -> dict[str, Any]:
 
 
 def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
-    """Return the attributes that are required to reproduce a result."""
+    """Return the attributes that are required to reproduce a result: `run` follows `seed`."""
     attributes: dict[str, Any] = {}
     for name, value in _shared_attributes(experiment, seed).items():
         attributes[name] = value

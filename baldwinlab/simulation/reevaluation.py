@@ -1,7 +1,7 @@
 """Simulation of the lifetimes of given genomes in the world of a stored generation.
 
-Birth positions and food depend only on seed, run and generation. Lifetimes of the same generation
-are therefore comparable agent by agent, whatever the genomes and the settings are.
+Birth positions and food depend only on seed, run and generation. Therefore, two lifetimes of agent
+i in the same generation are comparable, even with different genomes and settings.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Outcomes(NamedTuple):
 
     energy: npt.NDArray[np.float64]  # Fitness, [run, agent].
     weights: npt.NDArray[np.float32]  # Weights of the first module at death, [run, agent, weight].
-    # False if the model does not report learned weights; `weights` are then those at birth.
+    # False if the model has no learned weights. `weights` has the weights at birth then.
     has_learned_weights: bool
 
 
@@ -51,9 +51,9 @@ def reevaluate(
 ) -> Outcomes:
     """Simulate complete lifetimes of genomes in the worlds of a stored generation.
 
-    `genomes`: [run, agent, module, weight]. Modules that the agents do not have are ignored. Raises
-    `RefusedError` if the fitness depends on the earlier generations of a run, or there are several
-    species.
+    `genomes`: [run, agent, module, weight]. Modules that the experiment does not use are ignored.
+    Raises `RefusedError` if the fitness depends on the earlier generations of a run, or if there
+    are several species.
     """
     require_fitness_without_archive(experiment, "another simulation of stored agents")
     genomes = trim_genomes(genomes, experiment)
@@ -68,9 +68,9 @@ def reevaluate_species(
 ) -> Fitness:
     """Simulate complete lifetimes of genomes of several species in the worlds of a generation.
 
-    `genomes`: [run, agent, module, weight], species after species. Returns fitness [run, agent],
-    each by the fitness part of its species. Raises `RefusedError` if the fitness depends on the
-    earlier generations of a run.
+    `genomes`: [run, agent, module, weight], all agents of species 0 first. Returns the fitness
+    [run, agent] by the fitness part of each species. Raises `RefusedError` if the fitness depends
+    on the earlier generations of a run.
     """
     require_fitness_without_archive(experiment, "another simulation of stored agents")
     species = list_initial_species(experiment)
@@ -92,7 +92,7 @@ def make_batch(
     *,
     world: int | None = None,
 ) -> CpuBatch:
-    """Return a batch of the given genomes before its first step. See `reevaluate`.
+    """Return a batch of genomes [run, agent, module, weight] before the first step.
 
     With `world`, the batch has only this world of each population, in the first lifetime.
     """
@@ -123,8 +123,8 @@ def _make_outcomes(
 def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """Return the genomes of a generation of a stored run, [agent, module, weight].
 
-    Genomes that are not stored are recomputed from the previous stored generation. The function
-    raises RefusedError if the run stopped before the generation.
+    If the genomes are not stored, they are recomputed from the previous stored generation. Raises
+    `RefusedError` if the run stopped before the generation.
     """
     record = as_record(record)
     require_simulated(experiment, int(record.attrs["run"]), generation, record.sizes["generation"])
@@ -149,12 +149,12 @@ def _key_of_record(record: xr.Dataset, generation: int) -> GenerationKey:
 
 
 def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
-    """Yield the genomes of each generation of a stored run. Recompute those that are not stored."""
+    """Yield the genomes of each generation of a stored run. Recompute genomes that are missing."""
     record = as_record(record)
     genome = restore_genomes(experiment, record, 0)
     stored_generations = set(record["kept_generation"].values.tolist())
     for generation in range(record.sizes["generation"]):
-        # If inheritance depends on lifetimes, `restore_genomes` simulates the earlier generations.
+        # If genomes depend on lifetimes, `restore_genomes` simulates the earlier generations again.
         if generation in stored_generations or needs_simulation(experiment):
             genome = restore_genomes(experiment, record, generation)
         else:

@@ -1,4 +1,4 @@
-"""Replay: a lifetime of a run, recomputed from its seed with a record of every step."""
+"""Replay: a lifetime of a run, simulated again from the seed with a trace of every step."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def replay(
 
     The trace is bit-identical to the same lifetime in `simulate`.
 
-    `energy`: [generation, agent] of the same run. With it, earlier generations are not simulated.
-    `world`: number of a world of the population. The trace has the agents of this world, in the
-    first of their lifetimes. Raises `RefusedError` if the model has no world, the run stops before
-    the generation, or too little memory is free.
+    `energy`: fitness [generation, agent] of the same run. With `energy`, earlier generations are
+    not simulated. `world`: index of a world of the population. The trace has the agents of this
+    world, in the first lifetime. Raises `RefusedError` if the model has no world, if the run stops
+    before the generation, or if too little memory is free.
     """
     _require_world_number(require_world(experiment), world)
     require_generation(experiment, generation)
     if energy is not None:
-        # The energy of the replayed generation is not required.
+        # The energy of the replayed generation itself is not required, therefore + 1.
         require_simulated(experiment, run, generation, count_generations(energy) + 1)
     # The energy of the earlier generations determines the genomes without a simulation.
     n_simulated = generation if energy is None or experiment.population.species else 0
@@ -77,7 +77,7 @@ def replay_genomes(
 
     - `genome`: the genomes of all agents, [agent, module, weight].
     - `seed`, `run`, `generation`: the key of the random numbers, each 0 to 2**31 - 1.
-    - `world`: number of a world of the population, from 0.
+    - `world`: index of a world of the population, from 0.
     - `species`: index of the species of each agent, in ascending order. By default, the species
       have the sizes of the experiment.
     """
@@ -92,7 +92,7 @@ def replay_genomes(
 
 
 def _list_constant_species(experiment: Experiment) -> SpeciesIndices:
-    """Return the species of each agent. Raise RefusedError if their sizes change in evolution."""
+    """Return the species of each agent. Raise RefusedError if the sizes of species can change."""
     if experiment.evolution.compete == ACROSS:
         raise RefusedError(
             f"{experiment.name} cannot be replayed from genomes alone: with evolution.compete = "
@@ -112,7 +112,7 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
 
 
 def require_world(experiment: BaseExperiment) -> Experiment:
-    """Return an experiment whose model has a world."""
+    """Return the experiment. Raise RefusedError if the model has no world."""
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
@@ -131,7 +131,7 @@ def _estimate_need(experiment: Experiment, earlier_generations: int) -> Need:
 
 
 def count_generations(energy: xr.DataArray) -> int:
-    """Return the number of simulated generations of a run with the energy (generation, agent)."""
+    """Return the number of simulated generations: rows of `energy` before the rows of NaN."""
     is_simulated = energy.notnull().any("agent").values
     return len(is_simulated) - int(is_simulated[::-1].argmax())
 
@@ -148,7 +148,7 @@ def require_simulated(
 
 
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
-    """Simulate the generations before `key`, and return their energy; None for the founders."""
+    """Simulate the generations before `key`, and return the energy. None for generation 0."""
     seed, run, generation = key
     if generation == 0:
         return None
@@ -156,8 +156,8 @@ def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr
         evolution={"generations": generation}, record={"genome_every": generation}
     )
     (dataset,) = simulate_batch(shortened, seed, [run])
-    # The dataset has all generations before `generation`, or fewer if the run stopped. A run that
-    # stopped in the last of them does not have `generation` itself.
+    # A complete dataset means that the run has `generation` too, except if the run stopped in
+    # generation - 1. Each shorter dataset has the stop attribute.
     n_generations = dataset.sizes["generation"] + (STOP_ATTRIBUTE not in dataset.attrs)
     require_simulated(experiment, run, generation, n_generations)
     return dataset["energy"]
@@ -179,8 +179,8 @@ def recompute_agents(
 ) -> Agents:
     """Recompute the genomes and the species of the agents of a generation.
 
-    `energy` (generation, agent) is that of the earlier generations. Without it, and with several
-    species, the earlier generations are simulated.
+    `energy` (generation, agent): fitness in the earlier generations. If it is None, or if there are
+    several species, the earlier generations are simulated.
     """
     if not experiment.population.species:
         return Agents(recompute_genomes(experiment, key, energy), None)
@@ -200,14 +200,12 @@ def recompute_genomes(
 ) -> Genome:
     """Recompute the genomes of a generation from the energy of the earlier generations.
 
-    `energy`: energy (generation, agent) of the earlier generations. If None, they are simulated.
-    `start`: a generation and its genomes, from which reproduction starts instead of the founders.
-    Returns genomes, [agent, module, weight].
+    `energy` (generation, agent): fitness in the earlier generations. If it is None, these
+    generations are simulated. `start`: a generation and its genomes, from which reproduction starts
+    instead of the founders. Returns genomes, [agent, module, weight].
 
-    Notes
-    -----
-    If inheritance depends on lifetimes, all generations are simulated.
-    Then `energy` and `start` are unused.
+    If inheritance depends on lifetimes, all generations are simulated. `energy` and `start` are
+    unused then.
     """
     _, _, generation = key
     has_species = bool(experiment.population.species)

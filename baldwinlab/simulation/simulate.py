@@ -89,12 +89,12 @@ def simulate_histories(
 ) -> list[History]:
     """Simulate several runs in one batch, and return the history of each run.
 
-    A batch is faster than single runs. A run gives bit-identical results whatever other runs are
-    in the batch.
+    A batch is faster than single runs. The results of a run do not depend on the other runs of the
+    batch.
 
-    `after_generation`: called with the histories after each generation. An error that it raises
-    stops the batch. Returns histories in the order of `runs`, with the genomes of every
-    `record.genome_every`-th generation and of the last one.
+    `after_generation`: called with the histories after each generation. An exception from this
+    function stops the batch. Returns histories in the order of `runs`, with the genomes of every
+    `record.genome_every`-th generation and of the last generation.
     """
     check_seed(seed, *runs)
     batch = Histories(experiment, seed, runs)
@@ -109,9 +109,10 @@ def continue_histories(
 ) -> None:
     """Simulate the missing generations of the runs of a batch.
 
-    `after_generation`: called with all histories after each generation. A stopped run has fewer
-    generations. An error that the function raises stops the batch. Raises `RefusedError` if the
-    first simulated generation differs from the stored one.
+    All histories must have the same experiment, seed and number of generations. `after_generation`:
+    called with all histories after each generation, including stopped runs. An exception from this
+    function stops the batch. Raises `RefusedError` if the first simulated generation differs from
+    the stored generation.
     """
     experiment = batch.experiment
     n_active = 0
@@ -137,7 +138,7 @@ def _count_species(batch: Histories) -> list[npt.NDArray[np.int64]]:
 
 
 def check_seed(seed: int, *runs: int) -> None:
-    """Raise ArgumentError unless the seed and the numbers of runs are integers in [0, 2**31)."""
+    """Raise ArgumentError unless the seed and all runs are integers in [0, 2**31)."""
     require_whole_number("seed", seed)
     for run in runs:
         require_whole_number("run", run)
@@ -160,23 +161,22 @@ def evolve_genomes(
     *,
     after_generation: Callable[[], None] = lambda: None,
 ) -> Branch:
-    """Evolve genomes of several runs, and simulate all generations, the last one included.
+    """Evolve genomes of several runs, and simulate all generations, including the last one.
 
-    The random numbers are those of the runs in the same generations. If the genomes are those of a
-    stored generation, the branch is therefore bit-identical to a longer run.
+    The random numbers depend only on seed, run and generation. Therefore, a branch from the genomes
+    of a stored generation is bit-identical to a longer run.
 
-    - `generations`: numbers of the simulated generations, at least one. The first one has
-      `genomes`.
+    - `generations`: simulated generations, at least one. The first generation has `genomes`.
     - `genomes`: [run, agent, module, weight].
-    - `after_generation`: called after each generation. An exception that it raises ends the
+    - `after_generation`: called after each generation. An exception from this function ends the
       simulation.
 
     Raises `ExperimentError` if an experiment cannot have this number of generations.
     """
     extended = experiment.replace(
-        # All branches have equal lengths.
+        # Without a stop part, all branches have equal lengths.
         evolution={"generations": generations.stop, "stop": "none"},
-        # The genomes of earlier generations are not needed.
+        # Save only the genomes of the last generation, and of generation 0.
         record={"genome_every": generations.stop},
     )
     batch = Histories(extended, seed, runs, start=BranchStart(generations.start, genomes))

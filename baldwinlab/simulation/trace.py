@@ -33,12 +33,12 @@ class Agents(NamedTuple):
     """The agents of a generation at birth."""
 
     genome: Genome  # [agent, module, weight]
-    # Index of the species of each agent, in ascending order, [agent]. None for one species.
+    # [agent]: index of the species, in ascending order. None for an experiment without species.
     species: SpeciesIndices | None
 
 
 class _Member(NamedTuple):
-    """Agents of a batch with equal settings: their settings, their arrays, and their numbers."""
+    """Agents with equal settings: the settings, the view of the batch, and indices of agents."""
 
     experiment: Experiment
     view: SimulatedAgents
@@ -48,7 +48,7 @@ class _Member(NamedTuple):
 def trace_lifetime(
     experiment: Experiment, agents: Agents, key: GenerationKey, world: int
 ) -> xr.Dataset:
-    """Simulate a lifetime of one world of a population, and return its trace."""
+    """Simulate a lifetime in world `world`, and return the trace of its agents."""
     seed, run, generation = key
     settings = experiment.at(generation)
     agents_in_world = agents_of_world(settings, world)
@@ -76,7 +76,7 @@ def trace_lifetime(
 def _begin_lifetime(
     settings: Experiment, agents: Agents, key: GenerationKey, world: int
 ) -> list[_Member]:
-    """Return the species of a batch before its first step, or all its agents as one member."""
+    """Prepare a lifetime. Return a member for each species, or a single member without species."""
     seed, run, generation = key
     if agents.species is None:
         batch = CpuBatch(settings, seed, [run], world=world)
@@ -100,7 +100,7 @@ def _begin_lifetime(
 
 
 def _collect_weights(genome: Genome, members: Sequence[_Member]) -> Genome:
-    """Return the genomes at birth with the current weights. Only module 0 can change."""
+    """Return the genomes with the current weights of module 0. Other modules do not change."""
     changed = genome.copy()
     for member in members:
         # The batch has one run.
@@ -110,7 +110,7 @@ def _collect_weights(genome: Genome, members: Sequence[_Member]) -> Genome:
 
 
 def _record_steps(settings: Experiment, members: Sequence[_Member]) -> Arrays:
-    """Simulate a lifetime and return the recorded arrays, [step, ...]."""
+    """Simulate a lifetime and return the recorded arrays, [step, agent, ...] or [step, item]."""
     # All species have the same items.
     items = Series("items", range(settings.lifetime.steps), slice(None))
     recorders = [_make_recorders(settings, member) for member in members]
@@ -139,7 +139,7 @@ def _record_steps(settings: Experiment, members: Sequence[_Member]) -> Arrays:
 
 
 def _make_recorders(settings: Experiment, member: _Member) -> dict[str, Series]:
-    """Return the recorders of the agents of a member, by variable."""
+    """Return the recorders of the agents of a member, by variable of the trace."""
     agents = slice(member.agents.stop - member.agents.start)
     steps = settings.lifetime.steps
     # Positions are read before a step. Inputs, outputs and results are read after the step.
@@ -161,11 +161,11 @@ def _make_recorders(settings: Experiment, member: _Member) -> dict[str, Series]:
 
 
 def _convert_units(member: _Member, arrays: Arrays) -> Arrays:
-    """Return the arrays of a member with headings in degrees, and eaten numbers per step."""
-    # From the numbers in life to the numbers in each step, [step, agent, kind].
+    """Return the arrays with headings in degrees, eaten items per step, and eaten prey per step."""
+    # [step, agent, kind]: differences of the totals since birth are the numbers in each step.
     eaten = np.diff(arrays["eaten"], axis=0, prepend=0)
     prey = [entry.species for entry in member.experiment.eats.prey]
-    # The last kinds are the species that the agents eat.
+    # The last kinds are the prey species.
     n_item_kinds = eaten.shape[2] - len(prey)
     eaten_prey = {
         variables.eaten_variable(name): eaten[:, :, n_item_kinds + index]
@@ -176,9 +176,9 @@ def _convert_units(member: _Member, arrays: Arrays) -> Arrays:
 
 
 def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Arrays:
-    """Return the arrays of all agents.
+    """Concatenate the arrays of all members along the axis of agents.
 
-    Inputs and outputs that a species does not have are NaN, and other values are 0.
+    Inputs and outputs that a species does not have are NaN. Other missing variables are 0.
     """
     if len(members) == 1:
         return arrays[0]
@@ -209,7 +209,7 @@ def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Array
 def _pad_columns(
     values: npt.NDArray[Any], columns: Sequence[int], n_columns: int
 ) -> npt.NDArray[np.float32]:
-    """Return an array [step, agent, n_columns] with `values` in some columns, and NaN in others."""
+    """Return an array [step, agent, n_columns] with `values` in `columns`, and NaN in others."""
     padded = np.full((*values.shape[:2], n_columns), np.nan, np.float32)
     padded[:, :, columns] = values
     return padded

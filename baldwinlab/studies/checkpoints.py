@@ -1,8 +1,8 @@
 """Checkpoints: the finished generations of a run that is not complete.
 
-A checkpoint has the format of a record and is stored next to it, as runs/CONDITION/RUN.checkpoint.
-A killed run continues from its checkpoint. Its last generation is simulated again. A run that has
-fewer generations than its study, because the study has been extended, continues in the same way.
+A checkpoint has the format of a record, and is stored in runs/CONDITION/RUN.checkpoint. A killed
+run continues from its checkpoint: the last stored generation is simulated again, and then the next
+generations. A run continues in the same way from its record after an extension of the study.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Checkpointer:
 
     def save(self, histories: Sequence[History]) -> None:
         """Write the checkpoints of incomplete runs, if the interval has passed."""
-        # The runs have equal numbers of generations.
+        # All runs have the same number of generations.
         n_generations = histories[0].n_generations
         incomplete = [history for history in histories if not history.is_complete]
         if not incomplete or not self._is_due(n_generations):
@@ -132,6 +132,7 @@ def read_stored_lengths(
         if path.name in file_names:
             with suppress(StudyError):
                 record = read_record_file(path, experiment, seed, run)
+                # `max` selects the longer run. Of equally long runs, it selects a stopped run.
                 checkpoint = StoredLength(record.sizes["generation"], is_stopped=False)
                 stored[run] = max(checkpoint, stored.get(run, checkpoint))
     return stored
@@ -140,12 +141,9 @@ def read_stored_lengths(
 def read_longest_record(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset | None:
-    """Return the checkpoint or the record of a run, the one with more generations.
+    """Return the checkpoint or the record of a run, whichever has more generations, or None.
 
     A damaged file counts as missing, because the run can be simulated again.
-
-    Returns the variables of `baldwinlab.core.variables.RECORD_VARIABLES`; None if no generation is
-    stored.
     """
     path = checkpoint_path(directory, experiment.name, run)
     records = []

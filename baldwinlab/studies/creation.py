@@ -1,8 +1,8 @@
-"""Creation of a study, by one or by several processes, and its extension by generations.
+"""Creation of a study by one or several processes, and extension of a study by generations.
 
-An extension writes each `experiment.toml` again, and its stored generations do not change. If the
-process is killed before all files are written, a repetition writes the remaining files. A new study
-whose command is refused before anything was simulated is removed again.
+An extension writes each `experiment.toml` again. Stored generations do not change. If the process
+is killed before all files are written, the same command writes the remaining files. If a command
+raises an error before the first result is stored, the new study is removed.
 """
 
 from __future__ import annotations
@@ -46,11 +46,10 @@ from baldwinlab.studies.study_file import (
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-
-# Suffixes of the files of a study, which the folder of a condition must not have.
+# Suffixes of the files of a study. The name of a condition must not end in them.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
 HASH_PATTERN = re.compile("[0-9a-f]{64}")
-# Value of a setting that one of two compared experiments lacks.
+# Text for a setting that exists in only one of two compared experiments.
 NOT_SET = "not set"
 GENERATIONS_FIELD: Final = "evolution.generations"
 
@@ -69,10 +68,10 @@ def create_study(
     changes: Sequence[str] = (),
     first_run: int = 0,
 ) -> StudyStore:
-    """Create a study, or open the existing one if it is the same.
+    """Create a study, or open the existing study if it has the same settings.
 
-    - `factors`: factors by name of condition. If the study is not a sweep, a condition without the
-      factor `learner` has its name as this factor.
+    - `factors`: factors by name of condition. Except in a sweep, the default of the factor
+      `learner` is the name of the condition.
     - `paper`: name of the reproduced paper, "" for none.
     - `changes`: assignments that changed the model of the paper.
     """
@@ -145,8 +144,8 @@ def _write_study(
 ) -> bool:
     """Write a new study. Return False if another process has written `study.toml` first."""
     require_available(directory)
-    # Two processes may create different studies in this directory at the same time. Both write the
-    # conditions in alphabetical order. The second one finds a different file and raises an error.
+    # Two processes may create different studies here at the same time. Both write the conditions in
+    # alphabetical order, so the slower process finds a different file and raises an error.
     write_copies(directory, experiments)
     experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
     for experiment in experiments_in_order:
@@ -160,7 +159,7 @@ def _write_study(
 
 
 def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
-    """Write a condition of a new study. Raises StudyError if a different one exists."""
+    """Write a condition of a new study. Raises StudyError if the file has another experiment."""
     path = directory / "runs" / experiment.name / "experiment.toml"
     require_inside_study(path, directory)
     try:
@@ -173,7 +172,7 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
 
 
 def require_available(directory: Path) -> None:
-    """Raise StudyError if a directory holds other files than those of a study."""
+    """Raise StudyError if a directory without a study holds files that belong to no study."""
     entries = list(directory.iterdir()) if directory.exists() else []
     if not all(map(_is_study_entry, entries)) and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
@@ -258,8 +257,8 @@ def _list_differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
-    `generations`: number of generations, at least that of each condition. Raises `StudyError` if
-    the study is a sweep or a multiverse, or has more generations; then it writes nothing.
+    `generations`: at least the present number of generations of each condition. For a smaller
+    number, and for a sweep or a multiverse, the function raises `StudyError` before it writes.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:
@@ -299,7 +298,7 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
 
 def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
     """Record that the study of a paper has another number of generations than the paper."""
-    # The new change replaces that of an earlier extension.
+    # The new change replaces the change of an earlier extension.
     other_changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
     sources = collect_sources(list(experiments.values()))
     text = format_study(
@@ -317,10 +316,10 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
 
 @contextmanager
 def remove_if_refused(directory: Path) -> Iterator[None]:
-    """Remove what this context adds to a directory if it is refused without any result.
+    """Remove a new study if the context raises an error before a result is stored.
 
-    A refusal can be late: for example, a custom part is compiled after the study is created. A
-    study that existed before, or that another process simulates, is not changed.
+    For example, a custom part is compiled after the study is created, and this can fail. A study
+    that existed before, was interrupted, or is simulated by another process, is not changed.
     """
     directory = make_absolute(directory)
     if is_study(directory):
@@ -351,13 +350,14 @@ def _list_missing_folders(directory: Path) -> list[Path]:
 
 
 def _is_result(path: Path) -> bool:
+    # The file of a process that simulates the study counts as a result.
     is_running = path.name.startswith(FILE_PREFIX)
     is_input = INPUT_FOLDER in path.parts
     return is_running or (path.suffix in RESULT_SUFFIXES and not is_input)
 
 
 def _remove(added: list[Path], missing_folders: list[Path]) -> None:
-    """Remove files, then the folders that are empty now."""
+    """Remove files, then the folders that are empty now, inner folders first."""
     folders = [path for path in added if path.is_dir()]
     for path in added:
         if path not in folders:

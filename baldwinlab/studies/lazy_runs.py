@@ -1,4 +1,4 @@
-"""Stored runs of conditions as one dataset, whose values are read when they are used."""
+"""Stored runs of conditions as one dataset, for `open.py`. Values are read when they are used."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ from baldwinlab.studies.store import StudyStore
 
 
 class StoredCondition(NamedTuple):
-    """The stored runs of a condition.
+    """The stored runs of a condition, without the values of the variables.
 
-    `rows` are the indices of the runs in their files, and `files` the indices of these files in
-    `contents`. A condition without stored runs has a layout, but no contents.
+    The arrays [run] are sorted by run. A condition without stored runs has one layout, but no
+    contents.
     """
 
-    runs: npt.NDArray[np.int32]
-    n_generations: npt.NDArray[np.int32]
-    files: npt.NDArray[np.intp]
-    rows: npt.NDArray[np.intp]
+    runs: npt.NDArray[np.int32]  # Run numbers, for example [0, 1, 2].
+    n_generations: npt.NDArray[np.int32]  # Number of stored generations of each run.
+    files: npt.NDArray[np.intp]  # Index in `contents` of the file of each run.
+    rows: npt.NDArray[np.intp]  # Index of each run in this file.
     contents: list[FileContent]
-    layouts: list[FileLayout]
-    # Number of generations of the dataset.
-    size: int
+    layouts: list[FileLayout]  # The different layouts of the files.
+    size: int  # Number of generations of the longest run.
 
     @property
     def attributes(self) -> dict[Hashable, dict[Any, Any]]:
-        """Attributes of each variable of the first run."""
+        """Attributes of each variable of the first file: {"energy": {"units": "energy"}}."""
         return {name: variable.attrs for name, variable in self.layouts[0].variables.items()}
 
     @property
     def labels(self) -> xr.Dataset:
-        """The labels of the runs, as a dataset without variables."""
+        """The labels of all dimensions of the runs, as a dataset without variables."""
+        # The labels can differ between files, so the dataset has the union of the labels.
         datasets = [xr.Dataset(coords=layout.labels) for layout in self.layouts]
         combined = datasets[0] if len(datasets) == 1 else xr.align(*datasets, join="outer")[0]
         generations = np.arange(self.size, dtype=np.int32)
@@ -62,12 +62,14 @@ def open_condition(
     selected_runs: Sequence[int] | None = None,
     report_file: Callable[[int], object] = lambda n_files: None,
 ) -> StoredCondition:
-    """Verify the files of a condition, and return its runs without their values.
+    """Verify the files of a condition, and return the stored runs without values.
 
-    `selected_runs`: default: all stored runs. `report_file`: called with 1 after each file.
+    `selected_runs`: by default all stored runs. `report_file`: called with 1 after each file.
     """
+    # `open_file` adds the new layouts.
     layouts: dict[Hashable, FileLayout] = {}
     contents: list[FileContent] = []
+    # A file is skipped if other files are valid for all runs in this file.
     entries = [entry for entry in assign_runs(study.files(name)) if entry.runs]
     for entry in entries:
         contents.append(open_file(entry.file, study.experiment(name), study.seed, layouts))
@@ -87,7 +89,7 @@ def open_condition(
         for entry, content in zip(entries, contents, strict=True)
     ]
     n_generations = np.concatenate(lengths)
-    # Overlapping files are not in the order of their runs.
+    # If files overlap, `runs` is not sorted.
     order = np.argsort(runs)
     if selected_runs is not None:
         order = order[np.isin(runs[order], selected_runs)]
@@ -103,23 +105,25 @@ def open_condition(
 
 
 def combine_conditions(conditions: Sequence[StoredCondition]) -> xr.Dataset:
-    """Return one dataset [condition, run, ...], whose values are read when they are used."""
+    """Return a dataset [condition, run, ...] of all runs. Values are read when they are used."""
     label_sets = [condition.labels for condition in conditions]
     labels = xr.align(*label_sets, join="outer")[0]
     runs = [_index_runs(condition, labels.indexes["run"]) for condition in conditions]
+    # The order is reversed, so that the first variable of each name replaces the later ones.
     variables = {
         name: variable
         for condition in reversed(conditions)
         for layout in reversed(condition.layouts)
         for name, variable in layout.variables.items()
     }
+    # The names in the order of their first occurrence.
     names = dict.fromkeys(
         name
         for condition in conditions
         for layout in condition.layouts
         for name in layout.variables
     )
-    # `xarray.open_dataset` wraps its arrays in the same way. The wrappers have no types.
+    # `xarray.open_dataset` uses the same three wrappers. xarray declares no types for them.
     wrap: Any = indexing
     data = {}
     for name in names:
@@ -137,6 +141,7 @@ def combine_conditions(conditions: Sequence[StoredCondition]) -> xr.Dataset:
 
 
 def _index_runs(condition: StoredCondition, runs: pd.Index) -> RunIndex:
+    """Return the file and the row of each of the `runs`, -1 for a run that is not stored."""
     positions = runs.get_indexer(condition.runs)
     files = np.full(len(runs), NO_INDEX, np.intp)
     rows = np.full(len(runs), NO_INDEX, np.intp)
@@ -151,14 +156,16 @@ def _choose_type(
     conditions: Sequence[StoredCondition],
     labels: xr.Dataset,
 ) -> np.dtype[Any]:
-    """Return the common type of a variable, which can hold NaN if a value is missing."""
+    """Return the common type of a variable, or a type that can hold NaN if a value is missing."""
     sizes = {dim: labels.sizes[dim] for dim in ("run", *dims)}
     types = []
     is_missing = False
     for condition in conditions:
         layouts = [layout for layout in condition.layouts if name in layout.variables]
         types += [layout.variables[name].dtype for layout in layouts]
+        # `initial` is the result for a condition without runs.
         shortest = condition.n_generations.min(initial=condition.size)
+        # A file can lack the variable. The condition can lack runs, generations or other labels.
         is_missing |= (
             len(layouts) < len(condition.layouts)
             or len(condition.runs) < sizes["run"]
@@ -175,7 +182,7 @@ def _choose_type(
 
 
 def _type_with_nan(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """Return the type to which xarray converts values if some are missing."""
+    """Return the type to which xarray converts values if some are missing: float32 for int16."""
     if dtype.kind in "iu":
         has_short_integers = dtype.itemsize <= np.dtype(np.int16).itemsize
         return np.dtype(np.float32 if has_short_integers else np.float64)
@@ -190,6 +197,7 @@ def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
         "agent": experiment.population.size,
         "parent": len(PARENT_NAMES),
     }
+    # Models other than MiniWorld have no food.
     names = (
         ("food_eaten", "energy", "parents")
         if isinstance(experiment, Experiment)

@@ -1,9 +1,10 @@
-"""Multiverse: the conditions of a paper under each variant of its model, in one study.
+"""Multiverse: the conditions of a paper with each variant of the model, in one study.
 
 A paper leaves choices open. Le (2019) leaves eight, R1 to R8 (docs/explanation/model.md).
-Each variant among its presets changes one choice. Its description starts with the number of the
-choice. A multiverse contains one variant at a time, or all combinations. Its conditions have names
-of the form VARIANT/CONDITION/MAP: `contact-5/evo/A` has one variant, `contact-5+rank/evo/A` two.
+Each variant among the presets of a paper changes one choice, for example R2. The description of a
+variant starts with the name of this choice. A multiverse contains one variant at a time, or all
+combinations of variants. The conditions of a multiverse have names of the form
+VARIANT/CONDITION/MAP: `contact-5/evo/A` has one variant, `contact-5+rank/evo/A` two.
 
 The method is from S. Steegen, F. Tuerlinckx, A. Gelman and W. Vanpaemel, Increasing Transparency
 Through a Multiverse Analysis, Perspectives on Psychological Science 11 (2016).
@@ -27,7 +28,7 @@ VARIANT_SEPARATOR = "+"
 
 @cache
 def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
-    """Return the non-standard variants of each open choice of a paper, by default of Le (2019)."""
+    """Return the variants of each open choice without the standard: {"R2": ("contact-5", ...)}."""
     paper = paper or load()
     variants: dict[str, tuple[str, ...]] = {}
     for name in paper.names("variants"):
@@ -97,7 +98,7 @@ def combine_all_choices(paper: Paper | None = None) -> list[Variant]:
 
     Le (2019) has 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 combinations.
     """
-    # An option is a tuple of the selected alternative of a choice, empty for the standard.
+    # The options of a choice are the empty tuple, the standard, and one tuple per alternative.
     options = [((), *((name,) for name in names)) for names in alternatives(paper).values()]
     return [Variant(tuple(chain(*selected)), paper) for selected in product(*options)]
 
@@ -135,7 +136,7 @@ def factors(variants: Iterable[Variant]) -> dict[str, Factors]:
 def group_by_variant(
     conditions: Mapping[str, Factors], paper: Paper | None = None
 ) -> dict[Variant, dict[str, str]]:
-    """Group the conditions of a multiverse by variant."""
+    """Return the name in the paper of each condition, by variant: {"contact-5/evo/A": "evo/A"}."""
     groups: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():
         parts = () if variant == STANDARD_VARIANT else tuple(variant.split(VARIANT_SEPARATOR))

@@ -1,6 +1,6 @@
-"""Stored runs of a study as one dataset, all or a random sample. This module loads no engine.
+"""One dataset with all stored runs of a study, or with a random sample. No engine is loaded.
 
-The files are verified when the study is opened, and their values are read when they are used.
+The files are verified when the study is opened. The values are read when they are used.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 # Maximum number of runs of a condition in a report or an assay.
 MAX_SAMPLED_RUNS: Final = 10_000
-# A smaller number of runs is never sampled.
+# Minimum number of runs in a sample. If fewer runs are stored, all of them are used.
 MIN_SAMPLED_RUNS: Final = 100
-# Maximum size of one variable of the sampled runs of all conditions, in bytes.
+# Maximum size in bytes of a variable with 4-byte values, of the sampled runs of all conditions.
 MAX_SAMPLED_BYTES: Final = 2**30
 _BYTES_PER_VALUE: Final = 4
 
@@ -47,7 +47,7 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
     """Return the stored runs of an open study as one dataset, as `open_runs` does."""
-    # A run of a new study needs neither this module nor xarray.
+    # Imported late: it loads xarray, which the simulation of a new study does not need.
     from baldwinlab.studies.lazy_runs import open_condition
 
     return _combine(study, names, [open_condition(study, name) for name in names])
@@ -80,6 +80,7 @@ def _combine(
     data = label_conditions(study, names, data, attributes)
     if not any(study.experiments[name].may_stop for name in names):
         return data
+    # [condition, run]: the number of generations of each run, 0 for a run that is not stored.
     counts = np.zeros((len(names), data.sizes["run"]), np.int32)
     for row, condition in zip(counts, conditions, strict=True):
         run_indices = data.indexes["run"].get_indexer(condition.runs)
@@ -116,7 +117,7 @@ def label_conditions(
 def _common_attributes(
     name: Hashable, attributes: Sequence[Mapping[Hashable, dict[Any, Any]]]
 ) -> dict[Any, Any]:
-    """Return the attributes of a variable, empty if its unit or meaning differs between models."""
+    """Return the unit and meaning of a variable, or {} if these differ between conditions."""
     entries = [entry[name] for entry in attributes if entry.get(name)]
     if not entries or any(entry != entries[0] for entry in entries):
         return {}
@@ -126,11 +127,8 @@ def _common_attributes(
 def sample_runs(study: StudyStore, condition: str) -> list[int]:
     """Return the sorted numbers of the runs of a condition that a report or an assay uses.
 
-    These are all stored runs, or a random sample if they are too many. The sample depends only on
-    the stored runs and on the seed of the study.
-
-    Returns at most `MAX_SAMPLED_RUNS` runs, and fewer if one variable of all conditions would have
-    more than `MAX_SAMPLED_BYTES`, but at least `MIN_SAMPLED_RUNS` if they are stored.
+    If more runs are stored than `count_sampled_runs` allows, the function draws a random sample of
+    this size. The sample depends only on the stored runs and on the seed of the study.
     """
     runs = study.runs(condition)
     limit = count_sampled_runs(study)
@@ -141,7 +139,11 @@ def sample_runs(study: StudyStore, condition: str) -> list[int]:
 
 
 def count_sampled_runs(study: StudyStore) -> int:
-    """Return the maximum number of runs of a condition in a report or an assay."""
+    """Return the maximum number of runs of a condition in a report or an assay.
+
+    With this number, a variable of all conditions with 4-byte values has at most
+    `MAX_SAMPLED_BYTES`. Limits are `MIN_SAMPLED_RUNS` and `MAX_SAMPLED_RUNS`.
+    """
     values_per_run = sum(
         experiment.evolution.generations * experiment.population.size
         for experiment in study.experiments.values()
@@ -151,7 +153,7 @@ def count_sampled_runs(study: StudyStore) -> int:
 
 
 def describe_sample(study: StudyStore) -> str:
-    """Return the sample of a study as a phrase, "" if all runs are used."""
+    """Return a noun phrase that describes the sample of a study, "" if all runs are used."""
     n_stored = max((len(study.runs(condition)) for condition in study.experiments), default=0)
     limit = count_sampled_runs(study)
     if n_stored <= limit:
@@ -163,6 +165,6 @@ def describe_sample(study: StudyStore) -> str:
 
 
 def format_sample_sentence(study: StudyStore) -> str:
-    """Return a sentence for a command that evaluates a sample of a study, else ""."""
+    """Return a sentence that describes the sample of a study, "" if all runs are used."""
     sample = describe_sample(study)
     return f"The statistics use {sample}." if sample else ""

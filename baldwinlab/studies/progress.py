@@ -2,8 +2,8 @@
 
     DIR/.running-HOST-PID.json
 
-The file is removed at the end of the session. A killed process leaves it, and the next session
-removes it.
+A process removes its file at the end of its session. The next session of the study removes the
+files of killed processes. `status.py` reads the files.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from baldwinlab.studies.records import write_in_study
 FILE_PREFIX: Final = ".running-"
 # Interval between two writes, in seconds.
 WRITE_INTERVAL: Final = 5.0
-# A process on another machine counts as ended if its file has not changed for this time, because
-# one generation of a large run can take minutes.
+# A process on another machine counts as ended if its file has not changed for this time. The time
+# is long, because one generation of a large run can take minutes.
 MAX_SILENCE_IN_SECONDS: Final = 600.0
 
 
@@ -33,14 +33,14 @@ class ProcessProgress(NamedTuple):
 
     host: str
     pid: int
-    began: float  # Start of the simulation, in seconds since 1970.
+    began: float  # Time of the start of the simulation, in seconds since 1970.
     updated: float  # Time of the last write, in seconds since 1970.
     workers: int  # Number of tasks that are executed in parallel.
     executor: str
     backend: str
-    runs: int  # Number of runs of the study, stored and missing, when the process began.
-    agent_steps: int  # Number of agent-steps that the process has to do.
-    agent_steps_done: int = 0
+    runs: int  # Number of runs of all conditions together, when the process ends.
+    agent_steps: int  # Number of agent-steps that the process must simulate.
+    agent_steps_done: int = 0  # Number of these agent-steps that are finished.
 
     @classmethod
     def begin(
@@ -59,7 +59,7 @@ class ProcessProgress(NamedTuple):
 
     @property
     def is_running(self) -> bool:
-        """Whether the process still runs. On another machine, a long silence counts as its end."""
+        """Whether the process still runs; on another machine, whether its file is recent."""
         if self.host != socket.gethostname():
             return time.time() - self.updated < MAX_SILENCE_IN_SECONDS
         try:
@@ -68,20 +68,22 @@ class ProcessProgress(NamedTuple):
         except ProcessLookupError:
             return False
         except PermissionError:
+            # The process exists, and belongs to another user.
             return True
         return True
 
     @property
     def steps_per_second(self) -> float:
-        """Mean number of agent-steps per second."""
+        """Mean number of agent-steps per second since the start."""
+        # The maximum avoids a division by 0.
         return self.agent_steps_done / max(self.updated - self.began, 1e-9)
 
 
 class ProgressFile:
-    """Write the progress of this process from time to time.
+    """Write the progress of this process, at most once per `WRITE_INTERVAL`.
 
-    `count_workers`: returns the present number of workers. It can raise OSError. None if the number
-    does not change.
+    `count_workers`: function that returns the present number of workers, or raises OSError. It is
+    None if the number of workers does not change.
     """
 
     def __init__(
@@ -97,13 +99,13 @@ class ProgressFile:
         self._write()
 
     def add(self, agent_steps: int) -> None:
-        """Count finished agent-steps, and write the file if the last write is some time ago."""
+        """Count finished agent-steps, and write the file if `WRITE_INTERVAL` has passed."""
         done = self._progress.agent_steps_done + agent_steps
         self._progress = self._progress._replace(agent_steps_done=done)
         if time.time() - self._progress.updated < WRITE_INTERVAL:
             return
         if self._count_workers:
-            # A lost cluster ends the study, with a better message.
+            # If the cluster is lost, the executor raises an error with a better message.
             with suppress(OSError):
                 self._progress = self._progress._replace(workers=self._count_workers())
         self._write()
@@ -111,7 +113,7 @@ class ProgressFile:
     def _write(self) -> None:
         self._progress = self._progress._replace(updated=time.time())
         content = json.dumps(self._progress._asdict()).encode()
-        # A record that cannot be written ends the study, with a better message.
+        # If the study cannot be written, the next record raises an error with a better message.
         with suppress(OSError):
             write_in_study(self._directory, self._path, content)
 
@@ -122,7 +124,7 @@ class ProgressFile:
 
 
 def read_progress(directory: Path) -> Iterator[tuple[Path, ProcessProgress]]:
-    """Yield the files of processes and their content. Invalid files are skipped."""
+    """Yield the path and the content of the file of each process. Invalid files are skipped."""
     for path in directory.glob(f"{FILE_PREFIX}*.json"):
         with suppress(OSError, ValueError, TypeError):
             content: dict[str, Any] = parse_json(read_text(path, RESULTS_FILE))

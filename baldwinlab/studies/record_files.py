@@ -1,12 +1,12 @@
-"""Files of records: names, numbers of runs, and the runs that each file holds.
+"""Names of the files of records, and the runs that each file holds.
 
 A file holds one run, runs/CONDITION/RUN.nc, or a batch of consecutive runs,
-runs/CONDITION/FIRST-LAST.nc. The numbers have at least four digits. The list of the files is the
-only index of the runs.
+runs/CONDITION/FIRST-LAST.nc. The run numbers have at least four digits. The names of the files are
+the only list of the stored runs.
 
-Two files can hold the same run: two processes have written it, or an extension has continued it.
-The narrower file is valid then. A run is therefore only written again into a file that is not wider
-than the file that holds it.
+Two files hold the same run if two processes have written this run, or if an extension has continued
+it. The file with fewer runs, the narrower file, is then valid for this run. Therefore a run is
+written again only into a file that has at most as many runs as the old file.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class RecordFile(NamedTuple):
 
     @property
     def is_batch(self) -> bool:
-        """Whether the file has the form of a batch. The file of one run has another form."""
+        """Whether the file holds several runs. A file of one run has another format."""
         return self.last > self.first
 
     def __str__(self) -> str:
@@ -78,8 +78,8 @@ def record_path(directory: Path, condition: str, run: int) -> Path:
 def list_record_files(folder: Path) -> list[RecordFile]:
     """Return the files of records in the folder of a condition.
 
-    Raises StudyError for a file that ends in .nc without the name of a record. Otherwise the file
-    would be ignored, or confused with another run.
+    Raises StudyError for a file that ends in .nc but does not have the name of a record, because
+    the file would be ignored, or confused with another run.
     """
     try:
         return [_parse_file(folder / name, is_file) for name, is_file in _list_names(folder)]
@@ -88,9 +88,9 @@ def list_record_files(folder: Path) -> list[RecordFile]:
 
 
 def _list_names(folder: Path) -> list[tuple[str, bool]]:
-    """Return the names that end in .nc, each with whether it is a file."""
+    """Return each name that ends in .nc, and whether it is a file: ("0007.nc", True)."""
     if is_local(folder):
-        # Much faster than a path and a system call for each file.
+        # `scandir` is much faster than a path and a system call for each file.
         with os.scandir(folder) as entries:
             names = [(entry.name, entry.is_file()) for entry in entries]
     else:
@@ -123,9 +123,9 @@ def _parse_file(path: Path, is_file: bool) -> RecordFile:
 
 
 def assign_runs(files: Iterable[RecordFile]) -> list[StoredRuns]:
-    """Return the files with the runs that they hold, in the order of their first run.
+    """Return the files, sorted by first run, each with the runs for which the file is valid.
 
-    A run that is in several files belongs to the narrowest. A file can hold no run.
+    If several files hold a run, the narrowest file is valid. A file can be valid for no run.
     """
     ordered = sorted(files, key=lambda file: file.first)
     is_disjoint = all(previous.last < file.first for previous, file in pairwise(ordered))
@@ -146,7 +146,7 @@ def list_stored_runs(folder: Path) -> list[int]:
 
 
 def find_record_file(directory: Path, condition: str, run: int) -> RecordFile:
-    """Return the file that holds a run, or the file that would hold it alone."""
+    """Return the file that holds a run; if the run is not stored, the file for this run alone."""
     path = record_path(directory, condition, run)
     single = RecordFile(path, run, run)
     if path.exists():
@@ -160,7 +160,7 @@ def find_record_file(directory: Path, condition: str, run: int) -> RecordFile:
 
 
 def split_runs(runs: Sequence[int], holders: Sequence[StoredRuns]) -> Iterator[list[int]]:
-    """Yield the sorted runs in groups of consecutive runs that one file, or no file, holds."""
+    """Yield groups of consecutive runs. All runs of a group are in the same file, or in none."""
     holder_of_run = {run: entry.file for entry in holders for run in entry.runs}
     group: list[int] = []
     for run in sorted(runs):

@@ -1,4 +1,4 @@
-"""Arrays of the stored runs of several conditions, which are read when their values are used."""
+"""Arrays that read stored runs when values are used. `lazy_runs.py` combines the arrays."""
 
 from __future__ import annotations
 
@@ -32,19 +32,17 @@ GENERATION: Final = PER_AGENT_DIMS[0]
 NO_INDEX: Final = -1
 # Dimensions whose labels can differ between the files of a condition.
 _LABELED_DIMS: Final = ("agent", "parent", "window")
-
-
-# A variable of at most this size is read as a whole, because its parts are often used repeatedly.
+# A variable of at most this size is read once as a whole, because often several parts are used.
 MAX_WHOLE_BYTES: Final = 256 * 2**20
 Indices = npt.NDArray[np.intp]
 
 
 class FileLayout(NamedTuple):
-    """Properties of a record without genomes that many files share."""
+    """Variables and labels of a record without genomes. Many files have the same layout."""
 
-    # Variables of a record without the generations, each with its type and attributes.
+    # Each variable of a record, with dimensions, type and attributes, but with 0 generations.
     variables: Mapping[Hashable, xr.Variable]
-    labels: Mapping[Hashable, xr.Variable]  # Labels of the dimensions except the generations.
+    labels: Mapping[Hashable, xr.Variable]  # Labels of each dimension except "generation".
 
 
 class FileContent(NamedTuple):
@@ -53,12 +51,16 @@ class FileContent(NamedTuple):
     file: RecordFile
     experiment: BaseExperiment
     lengths: RunLengths
-    layout: FileLayout  # Variables and labels of its records.
+    layout: FileLayout
     checksum: str
-    version: Version | None  # Version of the file when it was verified, None for a remote file.
+    version: Version | None  # Version at the time of verification, None for a remote file.
 
     def read(self, name: Hashable) -> npt.NDArray[Any]:
-        """Return the values of a variable, [run, ...], padded to the longest run."""
+        """Return the values of a variable [run, ...]. Shorter runs end in padding.
+
+        Raises StudyError if the file has changed since its verification.
+        """
+        # Only this variable is read if the date and the size of the file have not changed.
         if self.version is not None and read_version(self.file.path) == self.version:
             values = _read_part(self.file.path, name)
         else:
@@ -71,12 +73,13 @@ class FileContent(NamedTuple):
                     )
             values = variables[name].values
         values = values.astype(self.layout.variables[name].dtype)
+        # A file of one run has no dimension `run`.
         return values if self.file.is_batch else values[None]
 
     def indices(self, dim: Hashable, labels: npt.NDArray[Any]) -> npt.NDArray[np.intp]:
-        """Return the position in this file of each label of a dimension, -1 for none."""
+        """Return the index in this file of each label of a dimension, -1 for a missing label."""
         if dim == GENERATION:
-            # The label of a generation is its number.
+            # The label of a generation is also its index.
             is_stored = labels < self.lengths.n_generations.max()
             return np.where(is_stored, labels, NO_INDEX).astype(np.intp)
         own_labels = self.layout.labels[dim].values
@@ -99,8 +102,11 @@ def _read_part(path: Path, name: Hashable) -> npt.NDArray[Any]:
 def open_file(
     file: RecordFile, experiment: BaseExperiment, seed: int, layouts: dict[Hashable, FileLayout]
 ) -> FileContent:
-    """Verify a file of records, and return its content."""
-    # The version is read first, so a later change is noticed.
+    """Verify a file of records, and return its content.
+
+    `layouts`: the known layouts by `_layout_key`. The function adds a new layout.
+    """
+    # The version is read before the content, so that a change during the reading is noticed.
     version = read_version(file.path)
     with read_verified(file, experiment) as raw:
         attributes, variables = decode_variables(raw)
@@ -113,7 +119,7 @@ def open_file(
 
 
 def _layout_key(variables: Variables) -> Hashable:
-    """Return what decides the layout: types, dimensions and labels."""
+    """Return the types, dimensions and labels. Files with equal keys have the same layout."""
     types = tuple((name, variable.dims, variable.dtype) for name, variable in variables.items())
     labels = tuple(variables[dim].values.tobytes() for dim in _LABELED_DIMS if dim in variables)
     return types, labels
@@ -125,7 +131,7 @@ def _decode_layout(raw: bytes, file: RecordFile) -> FileLayout:
 
 
 def make_layout(record: xr.Dataset) -> FileLayout:
-    """Return the layout of a record without genomes."""
+    """Return the layout of a dataset of one run without genomes."""
     labels = {name: record.variables[name] for name in record.coords if name != GENERATION}
     without_values = record.isel({GENERATION: slice(0)})
     variables = {name: without_values.variables[name].copy() for name in record.data_vars}
@@ -133,18 +139,20 @@ def make_layout(record: xr.Dataset) -> FileLayout:
 
 
 class RunIndex(NamedTuple):
-    """The files of the runs of a condition."""
+    """The file and the row of each run of the dataset, in one condition."""
 
     files: Sequence[FileContent]
-    # Index of the file of each run of the dataset, -1 for a run that is not stored.
+    # [run]: index in `files` of the file of each run, -1 for a run that is not stored.
     file_of_run: Indices
-    row_of_run: Indices
+    row_of_run: Indices  # [run]: index of each run in this file.
 
 
 class RecordedArray(BackendArray):
     """A variable of the stored runs, [condition, run, ...].
 
-    `dtype`: type of the values. It can hold NaN if a value is missing.
+    - `dims`, `labels`: the dimensions after `run`, and the labels of each.
+    - `dtype`: type of the values. It can hold NaN if a value is missing.
+    - `runs`: the runs of each condition.
     """
 
     def __init__(
@@ -168,6 +176,7 @@ class RecordedArray(BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, outer, self._select)
 
     def _select(self, key: tuple[Any, ...]) -> npt.NDArray[Any]:
+        """Return the values at a key with an integer, a slice or indices for each dimension."""
         n_bytes = self.dtype.itemsize * int(np.prod(self.shape))
         if n_bytes <= MAX_WHOLE_BYTES:
             values = self._values[_orthogonal(key, self.shape)]
@@ -181,7 +190,7 @@ class RecordedArray(BackendArray):
         return self._read([np.arange(size) for size in self.shape])
 
     def _read(self, indices: Sequence[Indices]) -> npt.NDArray[Any]:
-        """Return the values at the indices of each dimension. Missing values are NaN."""
+        """Return the values at these indices of each dimension. Missing values are NaN."""
         conditions, runs, *later_indices = indices
         values = np.zeros([len(positions) for positions in indices], self.dtype)
         if self.dtype.kind in "fO":
@@ -189,7 +198,9 @@ class RecordedArray(BackendArray):
         for row, condition in enumerate(conditions):
             index = self._runs[condition]
             file_of_run = index.file_of_run[runs]
-            # A search of the runs of each file would take time for each pair of file and run.
+            # One sort groups the runs by file. It is faster than a search for the runs of each
+            # file. `numbers` are the indices of the files. `starts` begins with 0, so the first
+            # group of `np.split` is empty.
             order = np.argsort(file_of_run, kind="stable")
             numbers, starts = np.unique(file_of_run[order], return_index=True)
             for number, selected in zip(numbers, np.split(order, starts)[1:], strict=True):
@@ -206,7 +217,10 @@ class RecordedArray(BackendArray):
         values: npt.NDArray[Any],
         selected: Indices,
     ) -> None:
-        """Copy the runs `rows` of a file into `values` at the positions `selected`."""
+        """Copy runs of a file into `values` [run, ...] of one condition.
+
+        `rows`: indices of the runs in the file. `selected`: indices of these runs in `values`.
+        """
         if self._name not in content.layout.variables:
             return
         stored = content.read(self._name)[rows]
@@ -214,7 +228,7 @@ class RecordedArray(BackendArray):
         for axis, (dim, positions) in enumerate(
             zip(self._dims, later_indices, strict=True), start=1
         ):
-            # Labels of the file at the requested positions.
+            # Index in the file of each requested label, -1 for a missing label.
             sources = content.indices(dim, self._labels[dim])[positions]
             is_stored = sources != NO_INDEX
             stored = stored.take(sources[is_stored], axis)
@@ -232,8 +246,11 @@ class RecordedArray(BackendArray):
         generations: Indices,
         n_generations: npt.NDArray[np.int32],
     ) -> npt.NDArray[Any]:
-        """Replace the generations after the end of each run by NaN."""
-        is_padding = generations >= n_generations[:, None]
+        """Replace the values after the last generation of each run by NaN.
+
+        `stored`: [run, ...]. `generations`: the generations along `axis`.
+        """
+        is_padding = generations >= n_generations[:, None]  # [run, generation].
         if not is_padding.any():
             return stored
         shape = [1] * stored.ndim
@@ -246,7 +263,7 @@ def _list_indices(key: tuple[Any, ...], shape: Sequence[int]) -> list[Indices]:
 
 
 def _orthogonal(key: tuple[Any, ...], shape: Sequence[int]) -> tuple[Any, ...]:
-    """Return an index of NumPy that selects along each dimension independently."""
+    """Return a key for NumPy that selects along each dimension independently."""
     if all(isinstance(entry, slice | int | np.integer) for entry in key):
         return key
     return np.ix_(*_list_indices(key, shape))

@@ -1,8 +1,8 @@
 """Records of runs: reading, verification and writing.
 
-A file of records is a netCDF file (version 3) with a checksum. It holds one run, or a batch of runs
-(`core.records`). The condition, seed, runs and experiment in a file must match its path and
-its study.
+A file of records is a netCDF file (version 3) with a checksum. The file holds one run, or a batch
+of runs (`core.records`). The condition, seed, runs and experiment in the file must match the path
+of the file and the study.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ Version = tuple[int, int]
 
 # Maximum size of names, meanings and the experiment in a record, in bytes.
 MAX_HEADER_BYTES: Final = 4 * 2**20
-# Maximum size of a record if its model is not loaded, in bytes.
-# A netCDF variable has at most 2 GiB.
+# Maximum size of a record in bytes if the model, and therefore the size, is not known. One netCDF
+# variable has at most 2 GiB.
 MAX_RECORD_BYTES: Final = 8 * 2**30
-# Number of batches in memory. Several threads can read the runs of different batches.
+# Number of batches in the cache, because several threads can read runs of different batches.
 N_CACHED_BATCHES: Final = 4
 
 
 class DamagedRecordError(StudyError):
-    """Damaged record: its content differs from its checksum."""
+    """Damaged record: the content does not match the checksum, the file name or the study."""
 
 
 class RunLengths(NamedTuple):
@@ -80,9 +80,9 @@ def require_content(
     experiment: BaseExperiment,
     seed: int,
 ) -> RunLengths:
-    """Check that a file has the records of its runs, and return their lengths."""
+    """Check that the content of a file matches its name and the study. Return the run lengths."""
     fields = _require_origin(attributes, variables, file, experiment, seed)
-    # After an extension of the study, this is less than the number of generations of the study.
+    # A file that was written before an extension of the study has fewer generations.
     n_generations = fields["evolution"]["generations"]
     run_shape = (len(file.runs),) if file.is_batch else ()
     is_complete = all(
@@ -114,7 +114,7 @@ def _require_origin(
     experiment: BaseExperiment,
     seed: int,
 ) -> dict[str, Any]:
-    """Check the condition, seed, runs and experiment, and return the fields of the experiment."""
+    """Check condition, seed, runs and experiment. Return the fields of the stored experiment."""
     condition = str(attributes.get("condition", ""))
     stored_seed = str(attributes.get("seed", ""))
     if file.is_batch:
@@ -152,22 +152,22 @@ def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
 
 @lru_cache(maxsize=64)
 def parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
-    """Return the fields of the experiment of a record.
+    """Return the fields of the experiment of a record: {"evolution": {"generations": 100}, ...}.
 
-    The experiment is parsed once for all runs of a condition. Its class depends on the loaded
-    parts, so `read_as`, the class of the study's experiment, is a part of the key of the cache.
+    The cache parses the experiment once for all runs of a condition. `read_as` is the class of the
+    study's experiment. It is only a key of the cache, because the class depends on loaded parts.
     """
     return from_toml(text, source="its experiment", lenient=True).to_dict()
 
 
 def _is_declared(name: str, variables: Variables, is_batch: bool) -> bool:
-    """Return whether a file has a numeric variable with its dimensions and coordinates."""
+    """Return whether a file has a numeric variable `name` with the declared dimensions."""
     variable = variables.get(name)
     dims = RECORD_VARIABLES[name].dims
     labeled_dims = {*variables}
     if is_batch:
         dims = (RUN_DIM, *dims)
-        # The generations of the genomes differ between the runs.
+        # A batch has no labels for this dimension, because the labels differ between the runs.
         labeled_dims.add("kept_generation")
     return (
         variable is not None
@@ -194,7 +194,7 @@ def _read_lengths(variables: Variables, n_generations: int) -> RunLengths:
     is_stopped = np.zeros(n_runs, np.bool_)
     if STOP_ATTRIBUTE in variables:
         names = variables[STOP_ATTRIBUTE].values
-        # A stored text is an array of characters.
+        # The names are texts [run], or characters [run, character] if the file is not decoded.
         is_stopped = (names.astype(str) != "").reshape(n_runs, -1).any(axis=1)
     return RunLengths(counts.values.astype(np.int32), is_stopped)
 
@@ -204,7 +204,7 @@ def _require_kept_generations(
     n_generations: npt.NDArray[np.int32],
     experiment: BaseExperiment,
 ) -> None:
-    """Check that the genomes of each run are those of its generations."""
+    """Check that genomes of every `genome_every`-th and of the last generation are stored."""
     interval = experiment.record.genome_every
     for length in np.unique(n_generations).tolist():
         expected = [
@@ -227,7 +227,7 @@ def encode_record(run: xr.Dataset) -> bytes:
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """Read the record of a run without opening its study."""
+    """Read the record of a run without opening the study. Raises StudyError."""
     file = find_record_file(directory, experiment.name, run)
     return read_record_of_file(file, experiment, seed, run)
 
@@ -235,16 +235,16 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
 def read_record_of_file(
     file: RecordFile, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset:
-    """Read the record of a run from the file that holds it, as `read_record` does."""
+    """Read the record of a run from a known file, as `read_record` does."""
     if not file.is_batch:
         return _decode_file(file, experiment, seed)
     batch = _read_batch(file, experiment, seed)
-    # The batch is in a cache, so its arrays must not be changed.
+    # A copy, because the caller must not change the arrays of the batch in the cache.
     return select_record(batch, run - file.first).copy(deep=True)
 
 
 def read_record_file(path: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """Read a file with the format of the record of one run, as `read_record` does."""
+    """Read a file with one run, for example a checkpoint. Raises as `read_record` does."""
     return _decode_file(RecordFile(path, run, run), experiment, seed)
 
 
@@ -262,7 +262,7 @@ def read_attributes(
 
 
 def read_lengths(file: RecordFile, experiment: BaseExperiment, seed: int) -> RunLengths:
-    """Verify a file of records, and return the lengths of its runs. Raises as `read_record`."""
+    """Verify a file of records, and return the lengths of the runs. Raises as `read_record`."""
     with read_verified(file, experiment) as raw:
         return require_content(*decode_variables(raw), file, experiment, seed)
 
@@ -303,7 +303,7 @@ def _decode_file(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.
 
 @lru_cache(maxsize=64)
 def _max_bytes_per_run(experiment: BaseExperiment) -> int:
-    """Return the maximum size of a record in bytes: twice its variables, and a header."""
+    """Return the maximum size of a record in bytes: twice the size of its variables + header."""
     try:
         return 2 * record_bytes(experiment) + MAX_HEADER_BYTES
     except ExperimentError:
@@ -313,9 +313,9 @@ def _max_bytes_per_run(experiment: BaseExperiment) -> int:
 
 @contextmanager
 def read_verified(file: RecordFile, experiment: BaseExperiment) -> Iterator[bytes]:
-    """Yield the bytes of a file of records after a check of its checksum.
+    """Yield the bytes of a file of records after a check of the checksum.
 
-    Errors inside the context contain the path.
+    The context adds the path of the file to the errors that are raised inside it.
     """
     path = file.path
     max_bytes = len(file.runs) * _max_bytes_per_run(experiment)

@@ -26,7 +26,7 @@ from baldwinlab.studies.records import DamagedRecordError, RunLengths
 from baldwinlab.studies.run_task import Callback, Observer, RunTask
 from baldwinlab.studies.store import StudyStore
 
-# Maximum number of tasks of a study, unless its workers would have less than two tasks each.
+# Maximum number of tasks of a study, unless a worker would have fewer than two tasks.
 # See docs/how-to/clusters.md.
 MAX_TASKS: Final = 4000
 MIN_TASKS_PER_WORKER: Final = 2
@@ -45,8 +45,7 @@ def find_missing_runs(
     """Return the numbers of the missing runs of each condition.
 
     Every stored record is checked. A damaged record is reported and renamed, so its run is missing.
-    A run with fewer generations than the study is missing as well, unless its stop part has ended
-    it.
+    A run with fewer generations than the study is also missing, unless a stop part ended the run.
 
     `log`: called with a message for each damaged record.
     """
@@ -67,7 +66,7 @@ def find_missing_runs(
 def _read_undamaged_files(
     study: StudyStore, condition: str, requested_runs: range, log: Callable[[str], None]
 ) -> dict[RecordFile, RunLengths]:
-    """Rename the damaged files of a condition, and return the lengths of the runs in the others."""
+    """Rename the damaged files of a condition. Return the run lengths of each undamaged file."""
     lengths = {}
     for file in study.files(condition):
         try:
@@ -93,9 +92,9 @@ def plan_tasks(
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
-    A task is one batch of `worlds` runs. It has several batches if the number of tasks would exceed
-    `MAX_TASKS` and two per worker, or to fill a file of records. It is smaller if a worker would
-    have no task.
+    A task usually has one batch of `worlds` runs. A task has several batches to fill a file of
+    records, or if there would be more than `MAX_TASKS` tasks and more than two tasks per worker. A
+    task has fewer runs if a worker would have no task otherwise.
 
     `callback`: called after each generation of a run, in the thread of its task.
     """
@@ -128,7 +127,7 @@ def plan_tasks(
 def _group_by_stored(
     study: StudyStore, condition: str, runs: Sequence[int]
 ) -> dict[int, list[int]]:
-    """Return the runs by the number of their stored generations."""
+    """Return the runs by number of stored generations: {0: [3, 4], 50: [2]}."""
     experiment = study.experiments[condition]
     groups: dict[int, list[int]] = {0: []}
     stored = read_stored_lengths(study.directory, experiment, study.seed, runs)
@@ -153,8 +152,8 @@ def run_study(
 ) -> None:
     """Simulate the missing runs of a study, and store the session.
 
-    - `progress`: `progress(description, total)` returns a context manager; its value is called with
-      the number of agent-steps done.
+    - `progress`: `progress(description, total)` returns a context manager. The value of the context
+      is a function that is called with each number of finished agent-steps.
     - `callback`: called after each generation of a run, in the thread of its task.
     - `observe`: called with condition, generation and mean fitness after each generation of a run.
     """
@@ -162,7 +161,7 @@ def run_study(
     study.sweep()
     tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
     tasks = [task._replace(observe=observe) for task in tasks]
-    # Large worlds have other code if several threads simulate them.
+    # If several threads simulate a large world, the engine compiles other code for this world.
     with use_threads(count_threads_per_task(workers, len(tasks))):
         compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
@@ -201,19 +200,20 @@ def run_study(
         if error_of_session:
             session["error"] = error_of_session
         if agent_steps_done and study.exists():
-            # The progress includes the generations after a stop.
+            # The progress counts the generations after a stop, which were not simulated.
             n_simulated = agent_steps_done - _count_omitted_steps(study, tasks)
             study.add_session(session | {"agent_steps": n_simulated})
 
 
 def _count_requested_runs(study: StudyStore, missing: dict[str, list[int]]) -> int:
-    """Return the number of runs of the study after the session, if every condition has as many."""
+    """Return the number of runs of all conditions together after the session."""
+    # Every condition has the runs from the first run to the last missing run of all conditions.
     last_run = max((max(runs) for runs in missing.values() if runs), default=study.first_run - 1)
     return (last_run + 1 - study.first_run) * len(study.experiments)
 
 
 def _count_omitted_steps(study: StudyStore, tasks: Sequence[RunTask]) -> int:
-    """Return the number of agent-steps that the stored runs of tasks omit because they stopped."""
+    """Return the number of agent-steps that were not simulated because runs of tasks stopped."""
     n_omitted = 0
     for task in tasks:
         # Few studies have a stop part, so most records are not read.

@@ -36,8 +36,8 @@ from baldwinlab.studies.record_files import (
 )
 from baldwinlab.studies.records import write_in_study
 
-# A task of at least this work, about ten seconds, looks for the runs that an earlier attempt of the
-# task has stored. A smaller task is repeated, which is faster than a list of many files.
+# Minimum number of agent-steps (about ten seconds) of a task that searches for the runs stored by
+# an earlier attempt. A smaller task repeats all runs, which is faster than a list of many files.
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
 # Called after each generation of a run with the dataset of the run.
 Callback = Callable[["xr.Dataset"], None]
@@ -48,8 +48,8 @@ Observer = Callable[[str, int, float], None]
 class RecordWriter:
     """Collect the finished runs of a task, and store them when a file is full.
 
-    `is_new`: whether no file holds one of the runs. The folder is not listed then, which takes long
-    for many files.
+    `is_new`: whether no file holds any of the runs. Then the folder is not listed, because a list
+    of many files takes long.
     """
 
     def __init__(
@@ -91,13 +91,14 @@ class RecordWriter:
         histories = [self._histories[run] for run in runs]
         for _, group in groupby(histories, self._keys.key):
             similar = list(group)
-            # The number of runs in a file does not consider the arrays of the runs.
+            # `runs_per_file` does not count the bytes of the run arrays of parts.
             array_bytes = sum(
                 array.nbytes
                 for arrays in similar[0].stored_run_arrays.values()
                 for array in arrays.values()
             )
             n_runs = min(self._runs_per_file, MAX_BYTES_PER_FILE // max(1, array_bytes))
+            # A batch of a few runs saves no time, so each of these runs gets a file.
             n_runs = n_runs if min(n_runs, len(similar)) >= MIN_RUNS_PER_BATCH else 1
             for start in range(0, len(similar), n_runs):
                 yield similar[start : start + n_runs]
@@ -118,10 +119,8 @@ class RunTask(NamedTuple):
 
     experiment: Experiment
     runs: tuple[int, ...]
-    # Number of generations of each run that are not simulated again.
-    n_stored: int = 0
-    # Whether no file holds one of the runs.
-    is_new: bool = False
+    n_stored: int = 0  # Number of generations of each run that are not simulated again.
+    is_new: bool = False  # Whether no file holds any of the runs.
     checkpoint_interval: Interval = EVERY_MINUTE
     callback: Callback | None = None
     observe: Observer | None = None
@@ -170,7 +169,7 @@ class RunTask(NamedTuple):
             writer.flush()
 
     def _find_stored(self, seed: int, directory: Path) -> dict[int, StoredLength]:
-        """Return the runs that an earlier attempt or another process has stored in part."""
+        """Return the lengths of the runs that another attempt or process has stored, by run."""
         has_checkpoints = self.checkpoint_interval.generations > 0
         if self.agent_steps < MIN_STEPS_OF_SEARCH and not has_checkpoints:
             return {}
@@ -194,7 +193,7 @@ class RunTask(NamedTuple):
 
         def after_generation(histories: Sequence[History]) -> None:
             n_generations = max(history.n_generations for history in histories)
-            # The other runs stopped in an earlier generation, and are stored.
+            # The other runs stopped in an earlier generation, and `writer` has them already.
             simulated = [history for history in histories if history.n_generations == n_generations]
             checkpointer.save(simulated)
             if self.callback:
@@ -210,7 +209,7 @@ class RunTask(NamedTuple):
                     is_continued = self.n_stored > 0 or runs[history.run] is not None
                     has_checkpoint = is_continued or checkpointer.has_saved
                     writer.add(history, has_checkpoint=has_checkpoint)
-            # The progress includes the generations after a stop, which need no time.
+            # Generations after a stop count as done, so that the progress reaches its total.
             n_omitted = sum(map(count_omitted_generations, simulated))
             n_done = len(simulated) + n_omitted
             report_progress(n_done * self.agent_steps_per_generation)

@@ -1,6 +1,6 @@
-"""Status of a study: runs, speed, time left, processes and failures; provenance and verdicts.
+"""Status of a study (runs, speed, time left, processes and failures), provenance and verdicts.
 
-The verdicts on the claims are stored with a digest of the runs that decided them.
+The verdicts on the claims of a paper are stored with a digest of the evaluated runs.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class StudyStatus(NamedTuple):
     done: Mapping[str, int]  # Number of complete runs by name of condition.
     missing: Mapping[str, int]  # Number of missing or incomplete runs by name of condition.
     running: tuple[ProcessProgress, ...]  # The processes that run the study now.
-    # Agent-steps per second of these processes, or of the last session; 0 if unknown.
+    # Agent-steps per second of the running processes, or of the last session; 0 if unknown.
     steps_per_second: float
-    # Estimate of the time for the missing runs, None if the speed is unknown.
+    # Estimated time of the missing runs in seconds, None if the speed is unknown.
     seconds_left: float | None
     failures: tuple[str, ...]  # Damaged files, killed processes and the error of the last session.
     last_session: Mapping[str, Any]  # The last session, empty if none has ended.
@@ -75,10 +75,8 @@ class StudyStatus(NamedTuple):
 def read_status(study: StudyStore) -> StudyStatus:
     """Return the status of a study, while it runs or later.
 
-    Checksums are not verified, so the function is fast. The number of runs is that of the last
-    session, or the largest stored number.
-
-    Raises `StudyError` if a file in the folder of a condition has no name of a record.
+    Checksums are not verified, so the function is fast. Raises `StudyError` if a file in the folder
+    of a condition ends in .nc but does not have the name of a record.
     """
     sessions = list(study.sessions())
     last_session = sessions[-1] if sessions else {}
@@ -110,7 +108,8 @@ def read_status(study: StudyStore) -> StudyStatus:
 def _count_runs_of_condition(
     study: StudyStore, processes: list[ProcessProgress], last_session: Mapping[str, Any]
 ) -> int:
-    """Return the number of runs of each condition."""
+    """Return the largest number of runs of a condition: requested by a session, or stored."""
+    # These totals count the runs of all conditions together.
     totals = [progress.runs for progress in processes]
     totals.append(int(last_session.get("runs", 0)))
     last_runs = [
@@ -124,7 +123,7 @@ def _count_runs_of_condition(
 def _count_steps_left(
     study: StudyStore, missing: Mapping[str, int], running: tuple[ProcessProgress, ...]
 ) -> int:
-    """Return the number of agent-steps that the processes, or the missing runs, still need."""
+    """Return the agent-steps left of the running processes, or else those of the missing runs."""
     if running:
         return sum(progress.agent_steps - progress.agent_steps_done for progress in running)
     return sum(
@@ -154,7 +153,7 @@ def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[s
 def _read_completeness(
     study: StudyStore, condition: str, file: RecordFile, generations: int
 ) -> npt.NDArray[np.bool_]:
-    """Return whether each run of a file is complete, from the header of a local file."""
+    """Return whether each run of a file is complete. Of a local file, only a part is read."""
     is_complete: npt.NDArray[np.bool_]
     if not is_local(file.path):
         lengths = study.lengths(condition, file)
@@ -174,7 +173,7 @@ def _read_completeness(
 
 
 def provenance(study: StudyStore) -> dict[str, Any]:
-    """Return the seed, changes, sample, versions and computing time of a study for its report."""
+    """Return the seed, changes, sample, versions and computing time of a study for the report."""
     sessions = list(study.sessions())
     return {
         "seed": study.seed,
@@ -195,7 +194,7 @@ def provenance(study: StudyStore) -> dict[str, Any]:
 
 
 def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:
-    """Write the claims of a study, with a checksum and a digest of its runs. Raises OSError."""
+    """Write the claims with a checksum and a digest of the runs of the study. Raises OSError."""
     content = {"records": digest_records(study), "claims": list(claims)}
     content_with_checksum = {"checksum": _checksum(content), **content}
     text = json.dumps(content_with_checksum, indent=2, ensure_ascii=False, allow_nan=False)
@@ -203,7 +202,7 @@ def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None
 
 
 def read_claims(study: StudyStore) -> list[dict[str, Any]]:
-    """Read the claims of a study, each with `id` and `verdict`; none if no report exists yet."""
+    """Read the claims of a study, each with `id` and `verdict`; [] if no report exists yet."""
     path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {quote_path(study.directory)}` makes it again"
     if not path.exists():
@@ -236,7 +235,7 @@ def digest_records(study: StudyStore) -> str:
 
 
 def _verify_content(content: Any) -> bool:
-    """Remove the checksum of the content, and return whether form and checksum are valid."""
+    """Remove the checksum from `content`, and return whether form and checksum were valid."""
     if not isinstance(content, dict) or not isinstance(content.get("claims"), list):
         return False
     checksum = content.pop("checksum", None)

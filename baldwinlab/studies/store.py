@@ -1,12 +1,12 @@
 """A study on disk: a directory with the experiments as TOML and one record per run.
 
-    DIR/study.toml                              format, kind, seed, conditions, their factors
+    DIR/study.toml                              format, kind, seed, conditions and factors
     DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `study_file`
     DIR/parts/sense-poison.py                   source of a third-party part: see `study_file`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
     DIR/runs/evo+self-taught/B/0000-0999.nc     records of many small runs
-    DIR/sessions.jsonl                          time, speed and executor of each session
+    DIR/sessions.jsonl                          time, speed and executor of each `run_study` session
 
 Every file is written under a temporary name and then renamed. A reader therefore never sees a
 partial file, several workers can write to one study, and an interrupted study lacks only its
@@ -83,7 +83,7 @@ from baldwinlab.studies.study_file import (
 )
 
 SESSIONS_FILE_NAME = "sessions.jsonl"
-# The hash of a data file in the text of an experiment.
+# Beginning of the hash of a data file in the text of an experiment.
 HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
 NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
@@ -93,6 +93,7 @@ class StudyStore:
 
     - `directory`: the directory of the study, as an absolute path.
     - `kind`: conditions, sweep or multiverse.
+    - `experiments`, `factors`: experiment and factors of each condition, by name.
     - `parts`: third-party parts of the study.
     - `paper`: name of the reproduced paper, "" if the study has none.
     - `changes`: assignments that changed the model of the paper.
@@ -100,7 +101,7 @@ class StudyStore:
 
     def __init__(self, directory: Path) -> None:
         """Open the study. Raises StudyError if the directory holds no readable study."""
-        # The process may change its working directory.
+        # An absolute path remains valid if the process changes its working directory.
         self.directory = make_absolute(directory)
         path = directory / STUDY_FILE_NAME
         try:
@@ -139,12 +140,12 @@ class StudyStore:
 
     @property
     def location(self) -> Path:
-        """The directory as a message shows it: relative to the working directory if inside."""
+        """The directory in messages: relative to the working directory, if it is inside."""
         return shorten_path(self.directory)
 
     @property
     def changed_model(self) -> str:
-        """The sentence that a report shows for a changed model; "" if nothing is changed."""
+        """A sentence for the report about the changes of the model; "" without changes."""
         return describe_changes(self.changes)
 
     def exists(self) -> bool:
@@ -159,26 +160,26 @@ class StudyStore:
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
-        """Check that the parts of conditions, by default of all, are loaded and unchanged."""
+        """Check that the parts of conditions (by default of all) are loaded and unchanged."""
         require_same_parts(
             self.location, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
     def path(self, condition: str, run: int) -> Path:
-        """Return the file that holds a run, or that would hold it alone."""
+        """Return the path of the file that holds a run. See `find_record_file`."""
         return find_record_file(self.directory, condition, run).path
 
     def files(self, condition: str) -> list[RecordFile]:
-        """Return the files of records in the order of their runs; they may be damaged."""
+        """Return the files of records, sorted by run. The files may be damaged."""
         files = list_record_files(condition_folder(self.directory, condition))
         return sorted(files, key=lambda file: (file.first, file.last))
 
     def runs(self, condition: str) -> list[int]:
-        """Return the numbers of the stored runs; their files may be damaged."""
+        """Return the numbers of the stored runs. The files may be damaged."""
         return list_stored_runs(condition_folder(self.directory, condition))
 
     def lengths(self, condition: str, file: RecordFile) -> RunLengths:
-        """Verify a file of records, and return the lengths of its runs. Raises as `record`."""
+        """Verify a file of records, and return the lengths of the runs. Raises as `record`."""
         return read_lengths(file, self.experiment(condition), self.seed)
 
     def require_runs(self) -> None:
@@ -203,11 +204,11 @@ class StudyStore:
         return as_run(record) if genomes else without_genomes(record)
 
     def record(self, condition: str, run: int) -> xr.Dataset:
-        """Read one run in its stored form."""
+        """Read one run in the stored form. Raises StudyError, also for a damaged file."""
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
     def records(self, condition: str) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each run, and read each file once."""
+        """Yield the number and the record of each stored run."""
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:
@@ -230,7 +231,7 @@ class StudyStore:
         return damaged
 
     def sweep(self) -> None:
-        """Remove the temporary files of killed processes, and files without a valid run."""
+        """Remove the files of killed processes, and record files that are valid for no run."""
         for condition in self.experiments:
             for file, runs in assign_runs(self.files(condition)):
                 if not runs:

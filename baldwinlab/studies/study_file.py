@@ -5,12 +5,13 @@
     DIR/inputs/worth-5e6f7a8b.txt                 data file of a part
     DIR/parts/model-bit-strings.py                source of a part when the study was created
 
-A study therefore needs no file outside of its directory. The name of a data file ends in the first
-digits of its SHA-256, so two files with one name do not collide. The experiments of the study name
-a copy by its path in the directory, and it is found by its content wherever the directory is.
+A study therefore needs no file outside of its directory. The name of a copy ends in the first
+digits of the SHA-256 of the content, so two data files with one name do not collide. The
+experiments of the study contain the path of a copy relative to the directory, so the directory can
+be moved.
 
-Sources are never executed. Reading the results of a study needs none of its parts. A simulation
-needs them: the user loads the same files again with --part. The last line of `study.toml`, and of
+The stored sources are never executed. No part is needed to read the results of a study. For a
+simulation, the user loads the same parts again with --part. The last line of `study.toml`, and of
 each `experiment.toml`, is a checksum of the lines above.
 """
 
@@ -37,7 +38,6 @@ from baldwinlab.studies.record_files import StudyError
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-
 STUDY_FORMAT = 3
 _CHECKSUM_PREFIX = "# SHA-256 of the lines above, as they were when the study was made: "
 
@@ -46,7 +46,7 @@ NAME_DIGITS: Final = 8
 
 
 def require_format(content: Mapping[str, Any]) -> None:
-    """Raise ValueError if `study.toml` has another format than that of this version."""
+    """Raise ValueError if `study.toml` has a format that this version does not read."""
     study_format = content.get("format")
     if study_format != STUDY_FORMAT:
         raise ValueError(
@@ -56,7 +56,7 @@ def require_format(content: Mapping[str, Any]) -> None:
 
 
 def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, Factors]]:
-    """Return the kind and the factors in `study.toml`. Raise KeyError or ValueError."""
+    """Return the kind of a study and the factors by condition. Raise KeyError or ValueError."""
     kind = content["kind"]
     tables = content["factors"]
     if kind not in STUDY_KINDS:
@@ -76,7 +76,7 @@ def add_checksum(text: str) -> str:
 
 
 def require_checksum(text: str) -> None:
-    """Raise ValueError if a text differs from its checksum, or has none."""
+    """Raise ValueError if the last line of a text is not the checksum of the lines above."""
     text_above, _, digest = text.rpartition(_CHECKSUM_PREFIX)
     if hashlib.sha256(text_above.encode()).hexdigest() != digest.strip():
         raise ValueError(
@@ -118,14 +118,14 @@ def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def read_first_run(content: Mapping[str, Any]) -> int:
-    """Return the number of the first run. Raises ValueError if it is not a number of a run."""
+    """Return the number of the first run, by default 0. Raises ValueError if it is invalid."""
     first_run: int = content.get("first_run", 0)
     _require_number("first_run", first_run)
     return first_run
 
 
 def _require_number(name: str, value: Any) -> None:
-    """Raise ValueError unless a value is the number of a seed or of a run."""
+    """Raise ValueError unless a value is valid as a seed and as the number of a run."""
     if type(value) is not int or not 0 <= value < SEED_LIMIT:
         raise ValueError(
             f"{name} = {value!r} must be a whole number, at least 0 and less than {SEED_LIMIT}"
@@ -133,7 +133,7 @@ def _require_number(name: str, value: Any) -> None:
 
 
 def describe_changes(changes: Sequence[str]) -> str:
-    """Return the sentence about a changed model; "" if nothing is changed."""
+    """Return a sentence about the changes of the model of a paper; "" without changes."""
     if not changes:
         return ""
     return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
@@ -151,7 +151,7 @@ def format_study(
     first_run: int = 0,
 ) -> str:
     """Return the text of `study.toml`."""
-    # A TOML library takes a minute for thousands of conditions. A JSON string is valid TOML.
+    # A TOML library takes a minute for thousands of conditions. JSON strings are valid TOML.
     lines = [
         f"format = {STUDY_FORMAT}",
         f'kind = "{kind}"',
@@ -179,27 +179,27 @@ def format_study(
 
 
 def name_copies(experiments: Sequence[BaseExperiment]) -> list[Any]:
-    """Return experiments whose data files have the paths of their copies in a study."""
+    """Replace the path of each data file in experiments by the path of the copy in a study."""
     renamed = []
     for experiment in experiments:
         tree = experiment.to_dict()
         tables = [table for _, table in iterate_file_tables(tree)]
         for table in tables:
             table["path"] = _name_copy(table)
-        # The settings are valid already, and few experiments have data files.
+        # `lenient`: the settings are valid already. Most experiments have no data file.
         renamed.append(validate(tree, lenient=True) if tables else experiment)
     return renamed
 
 
 def _name_copy(table: dict[str, Any]) -> str:
-    """Return the path of the copy of a data file, relative to the directory of the study."""
+    """Return the path of the copy of a data file in a study: inputs/worth-5e6f7a8b.txt."""
     path = PurePath(table["path"])
     ending = f"-{table['sha256'][:NAME_DIGITS]}"
     return f"{INPUT_FOLDER}/{path.stem.removesuffix(ending)}{ending}{path.suffix}"
 
 
 def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None:
-    """Write the data files of experiments, which `name_copies` has named, into a study."""
+    """Write the data files of experiments, with the paths of `name_copies`, into a study."""
     for experiment in experiments:
         for _, table in iterate_file_tables(experiment.to_dict()):
             path = directory / table["path"]
@@ -212,7 +212,7 @@ def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None
 
 
 def _write_new(directory: Path, path: Path, content: bytes) -> bool:
-    """Write a file into a study. Return False, without a change, if it has another content."""
+    """Write a file into a study. Return False if a file with other content exists already."""
     require_inside_study(path, directory)
     try:
         write_exclusively(path, content)
@@ -221,7 +221,7 @@ def _write_new(directory: Path, path: Path, content: bytes) -> bool:
     return True
 
 
-# Loading takes long, and a study without third-party parts does not need it.
+# `parts.loading` is imported late: it loads slowly, and most studies have no third-party part.
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
@@ -243,7 +243,7 @@ def read_part_records(content: Mapping[str, Any]) -> tuple[PartRecord, ...]:
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
-    """Return the third-party parts of experiments. Raises PartError if one is not loaded."""
+    """Return the sources of third-party parts. Raises PartError if a part is not loaded."""
     custom_experiments = [
         experiment for experiment in experiments if any(custom_choices(experiment))
     ]

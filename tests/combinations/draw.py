@@ -36,7 +36,7 @@ GRAPH_PARTS: Final = {"neat", "species"}
 SETTINGS_OF_FEATURES: Final[Mapping[str, Settings]] = {
     "patches": {"world.patches.patches": [[20, 100, 10, 60, 8, -1]]},
     "walls": {"world.walls.boxes": [[70, 80, 20, 60]]},
-    # Each slot has births in the lifetime of a few steps.
+    # Agents die and are born often enough in lifetimes of few steps.
     "births-and-deaths": {"world.births_and_deaths.max_age": 3},
 }
 BREEDING: Final = {
@@ -92,7 +92,7 @@ def draw_random(count: int, seed: int) -> Iterator[Settings]:
                 row[path] = [
                     draw_value(factors[path]) for _ in range(generator.integers(max_count + 1))
                 ]
-        # A random subset of the settings has its defaults.
+        # A random subset of the settings has the default values.
         for path in generator.permutation(list(row))[: generator.integers(len(row))]:
             if path in DEFAULTS:
                 row[path] = DEFAULTS[path]
@@ -100,7 +100,7 @@ def draw_random(count: int, seed: int) -> Iterator[Settings]:
 
 
 def make_experiment(row: Settings) -> Any:
-    """Return the experiment of a row, with short lifetimes and without unused settings.
+    """Return the experiment of a row with short lifetimes, without settings that have no effect.
 
     Raises
     ------

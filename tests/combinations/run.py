@@ -1,7 +1,7 @@
-"""Run a combination of parts. It is refused with an expected message or is reproducible.
+"""Check that a combination of parts is refused with an expected message, or is reproducible.
 
-The results do not depend on the previous content of memory. A newborn reads no data of the agent
-that it replaces.
+The results must not depend on the previous content of memory. A newborn must not read data of the
+replaced agent.
 """
 
 from __future__ import annotations
@@ -70,12 +70,12 @@ def disable_all_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def poison_newborns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Poison the arrays of an agent that dies, before the birth writes those of the newborn."""
+    """Poison the arrays of an agent that dies, before the birth of the newborn writes them."""
 
     def replace_poisoned(model: Any, state: Any, world: int, agent: int, number: int) -> None:
         lane = world * model.agents + agent
         for prefix, (holder, arrays) in array_holders(state).items():
-            # The calling feature keeps its arrays. The next newborn needs the counts of the slot.
+            # The calling feature keeps its arrays. The newborn needs `eaten_in_life` of the lane.
             if not prefix.startswith("features"):
                 for name, array in arrays.items():
                     if name != "eaten_in_life" and array.fill is None:

@@ -15,7 +15,7 @@ OPERATIONS = {0x20: "multiply", 0x21: "add", 0x23: "fused multiply-add"}
 def compile_kernel(kernel: Any, arguments: tuple[Any, ...]) -> Any:
     """Return the code library of a kernel for the device of the fixture `h200`.
 
-    The options are those of the kernel. `numba.cuda.compile_ptx` would not use them.
+    The options of the kernel are used, which `numba.cuda.compile_ptx` would not do.
     """
     from numba.cuda.dispatcher import _Kernel
 
@@ -24,7 +24,8 @@ def compile_kernel(kernel: Any, arguments: tuple[Any, ...]) -> Any:
 
 
 def count_operations(code: bytes) -> Counter[str]:
-    """Return the numbers of float32 operations in the machine code of a linked file (ELF)."""
+    """Return the number of each float32 operation in the machine code of a linked file (ELF)."""
+    # The ELF header: address of the section table; size and number of sections; index of the names.
     (table,) = struct.unpack_from("<Q", code, 0x28)
     size, count, names = struct.unpack_from("<HHH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQ", code, table + size * i) for i in range(count)]

@@ -8,7 +8,7 @@ from baldwinlab.engine.numba_internals import dispatchers
 
 
 class Name(NamedTuple):
-    """A name of Numba, its purpose in the engine and its arguments ("self, builder, size=")."""
+    """A name of Numba, the purpose in the engine, and arguments such as "self, builder, size="."""
 
     path: str
     purpose: str

@@ -18,7 +18,7 @@ def run_python(
     folder: Path = ROOT,
     check: bool = True,
 ) -> subprocess.CompletedProcess[str]:
-    """Run Python code, and return its output. `check`: fail if it fails."""
+    """Run Python code, and return status and output. `check`: raise if the status is not 0."""
     return subprocess.run(
         [sys.executable, "-c", code, *arguments],
         env={**os.environ, "PYTHONPATH": str(folder), **(environment or {})},

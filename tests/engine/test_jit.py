@@ -58,10 +58,10 @@ from baldwinlab.engine import jit
 from tests.worlds import make_small_experiment
 from baldwinlab.simulation.simulate import simulate
 if sys.argv[1] == "patched":
-    from baldwinlab.models.miniworld.learning import self_taught
+    from baldwinlab.models.miniworld.learning import teachers
     def learn(part, model, state, step, lane):
         state.weights[0, 0] = state.weights[0, 0]
-    self_taught.SelfTaught.learn = staticmethod(learn)
+    teachers.SelfTaught.learn = staticmethod(learn)
 print(simulate(make_small_experiment("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist())
 """
 

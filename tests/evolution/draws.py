@@ -1,4 +1,4 @@
-"""Draws of parents by selections, and their comparison with theory."""
+"""Draws of parents by selections, for comparisons with theoretical frequencies."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def draw_parents(
 def draw_generations(
     experiment: Experiment, fitness: Any, rounds: int, lifetimes: Lifetimes | None = None
 ) -> npt.NDArray[np.int32]:
-    """Return the parents of many generations that are bred from one, [round, child, 2]."""
+    """Return the parents [round, child, 2] of many generations from the same population."""
     return np.stack(
         [
             draw_parents(experiment, fitness, generation, lifetimes)
@@ -55,13 +55,13 @@ def draw_generations(
 def count_parents(
     experiment: Experiment, fitness: Any, rounds: int, lifetimes: Lifetimes | None = None
 ) -> npt.NDArray[np.int64]:
-    """Return how often each agent is a parent, [round, agent]."""
+    """Return how often each agent is a parent in each round, [round, agent]."""
     parents = draw_generations(experiment, fitness, rounds, lifetimes)
     return np.stack([np.bincount(drawn.ravel(), minlength=len(fitness)) for drawn in parents])
 
 
 def require_frequencies(counts: npt.NDArray[Any], shares: Any) -> None:
-    """Require that numbers of draws agree with probabilities in proportion to `shares`."""
+    """Require that counts of draws agree with probabilities in proportion to `shares`."""
     expected = np.asarray(shares, float) / np.sum(shares) * counts.sum()
     possible = expected > 0
     assert (counts[~possible] == 0).all()

@@ -70,7 +70,7 @@ def apply_teacher_control(experiment: Experiment, genome: Genome, key: Generatio
 def apply_inheritance(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
     """Return the genomes to inherit: the newborn genomes, moved toward the learned weights.
 
-    `learned` is the action module [agent, weight] at death.
+    `learned` is the action module [agent, weight] at death, or None without learning.
     Sources: Lamarck, Philosophie zoologique, 1809. In evolved networks: Sasaki and Tokoro,
     Artificial Life 5 (1999).
     """
@@ -141,6 +141,6 @@ def cross_over(genome: Genome, parents: Parents, uniforms: Uniforms) -> Genome:
 
 
 def mutate(genome: Genome, evolution: Evolution, gates: Uniforms, uniforms: Uniforms) -> Genome:
-    """Change a weight by U(-size, size) if its gate, per weight or per child, is open."""
+    """Change a weight by U(-size, size) if the gate of the weight or child is below the rate."""
     change = ((2 * uniforms - 1) * evolution.mutation_size).astype(np.float32)
     return np.where(gates < evolution.mutation_rate, genome + change, genome)

@@ -79,7 +79,7 @@ class LabServer:
         return f"{make_cookie_name(self.port)}={self.token}"
 
     def request(self, lines: str) -> bytes:
-        """Return the bytes of a request. PORT and COOKIE are replaced by those of this lab."""
+        """Return the bytes of a request, with the port and the cookie of this lab."""
         return (
             lines.replace("PORT", str(self.port))
             .replace("COOKIE", self.cookie)
@@ -119,8 +119,8 @@ def open_offline_page(
 ) -> Iterator[tuple[Page, list[str]]]:
     """Yield a page without a network, and the list of addresses that it requests.
 
-    `script` runs before those of the page. The test fails if the page logs a message or does not
-    catch an error.
+    `script` runs before the scripts of the page. The test fails if the page logs a message or does
+    not catch an error.
     """
     size: ViewportSize = {"width": width, "height": height}
     context = browser.new_context(offline=True, viewport=size, **options)
@@ -157,7 +157,7 @@ def wait_for(page: Page, condition: Callable[[], bool]) -> None:
 
 
 def draw_frames(page: Page) -> None:
-    """Wait until the page has drawn what has changed, and would have drawn a moving picture."""
+    """Wait for 20 frames, so that all changes are drawn, and a moving picture would have moved."""
     page.evaluate(
         """async () => {
           for (let i = 0; i < 20; i++) await new Promise(requestAnimationFrame);

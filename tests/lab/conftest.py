@@ -1,4 +1,4 @@
-"""Servers with small studies, and browser pages whose errors fail the test."""
+"""Servers with small studies, and browser pages. An error of a page fails the test."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def run_server(
 ) -> Iterator[LabServer]:
     """Run a server in a thread, on a free port of loopback.
 
-    `ready` returns whether the engine is compiled. `root_path` is that of a proxy. `access` and
-    `listener` are those of a server that starts again.
+    `ready` returns whether the engine is compiled. `root_path` is the path under which a proxy
+    serves the lab. To start a server again, pass the `access` and `listener` of the first start.
     """
     access = access or Access()
     server = make_server(make_app(root, access, ready, root_path=root_path))
@@ -53,7 +53,7 @@ def run_server(
 
 @contextmanager
 def serve(server: Server, listener: socket.socket) -> Iterator[int]:
-    """Run a server in a thread, on a listening socket that it closes, and yield the port."""
+    """Run a server in a thread, on a listening socket that is closed at the end. Yield the port."""
     with listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
@@ -97,7 +97,7 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
 
 @pytest.fixture(scope="module")
 def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """Yield a server with the study `small` and with two genome files of its run 0."""
+    """Yield a server with the study `small`, and with two genome files of run 0 of this study."""
     root = tmp_path_factory.mktemp("freezer")
     make_small_study(root / "small", runs=2)
     for generation in (0, 2):
@@ -107,7 +107,7 @@ def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         yield server
 
 
-# The model of hawks is registered during this scope.
+# The model of `hawks.py` is registered during a module of tests.
 @pytest.fixture(scope="module")
 def views_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """Yield a server with a study of models that have views: cells, climbers and hawks.
@@ -140,7 +140,7 @@ def views_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
 
 @contextmanager
 def hawks_study(directory: Path) -> Iterator[StudyStore]:
-    """Yield a study of negative fitness, whose parts are not loaded any more."""
+    """Yield a study with negative fitness. The custom parts of the study are no longer loaded."""
     load_file(HAWKS)
     evolution = {"selection": "rank", "fitness": "debt"}
     hawks = validate({"model": "hawks-and-doves", "name": "hawks", "evolution": evolution})

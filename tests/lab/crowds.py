@@ -1,4 +1,4 @@
-"""Worlds of many agents, whose density the lab shows."""
+"""Worlds with so many agents that the lab shows their density."""
 
 from __future__ import annotations
 

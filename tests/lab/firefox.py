@@ -28,7 +28,7 @@ PORT_FILE = "WebDriverBiDiServer.json"
 
 
 class Firefox:
-    """One page of a browser. `errors` contains the errors that it has logged."""
+    """One page of a browser. `errors` contains the errors that the page has logged."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self._connection = connection
@@ -57,7 +57,7 @@ class Firefox:
             context=self._page,
             viewport={"width": width, "height": height},
         )
-        # Without this, an address that differs only after # would not load the page again.
+        # First a blank page: an address that differs only after # would not load the page again.
         self._send_command(
             "browsingContext.navigate", context=self._page, url="about:blank", wait="complete"
         )

@@ -1,4 +1,4 @@
-"""The game of hawks and doves: a minimal model whose view is a matrix, and a negative fitness."""
+"""The game of hawks and doves: a minimal model with a matrix as view, and a negative fitness."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ class Hawks(Model, name="hawks-and-doves"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
+        # [run, agent]: index of the strategy in `PAYOFFS`, 0 (hawk) or 1 (dove).
         dove = (genomes[:, :, 0, 0] <= 0.5).astype(int)
         frequencies = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
         energy = (PAYOFFS[dove] * frequencies[:, None]).sum(axis=-1)

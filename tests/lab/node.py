@@ -46,7 +46,7 @@ class NodeRun(NamedTuple):
 def run_in_node(
     folder: Path, runs: Mapping[str, NodeRun], function: str = SIMULATE
 ) -> dict[str, Any]:
-    """Return the results of a JavaScript function of a program and an experiment, by name."""
+    """Return the result of the JavaScript `function`(program, experiment) for each run, by name."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("Node is not installed")

@@ -24,12 +24,12 @@ from tests.lab.conftest import serve
 # A self-signed certificate of 127.0.0.1 and its key, for tests only.
 CERTIFICATE = Path(__file__).parent / "loopback.pem"
 METHODS = ["GET", "HEAD", "POST", "DELETE"]
-# Headers of one connection, and those that a websocket client sends itself.
+# Headers of one connection or of an encoded body. The proxy does not pass them on.
 DROPPED = {"connection", "upgrade", "transfer-encoding", "content-length", "content-encoding"}
 
 
 class Proxy(NamedTuple):
-    """How a proxy passes requests on.
+    """A proxy and the way in which it passes requests on.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Proxy(NamedTuple):
             yield f"{scheme}://127.0.0.1:{proxy_port}{self.prefix}"
 
     def _make_app(self, port: int) -> Starlette:
-        # A client for each request would load the certificates of the machine each time.
+        # All requests share one client, because each client loads the certificates of the machine.
         client = httpx.AsyncClient(timeout=60, verify=False)
 
         async def pass_request(request: Request) -> Response:
@@ -84,7 +84,7 @@ class Proxy(NamedTuple):
         async def pass_websocket(websocket: WebSocket) -> None:
             headers = self._find_headers(port, websocket)
             address = self._find_address(f"ws://{headers.pop('host')}", websocket)
-            # The client of the lab has its own handshake, and the host of its address.
+            # `connect` makes a new handshake, so the headers of the old handshake are dropped.
             replaced = {name for name in headers if name.startswith("sec-websocket")} | {
                 "user-agent"
             }

@@ -34,7 +34,7 @@ EAST = 1
 
 
 def make_empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
-    """Return rules, a world with walls only, and scratch."""
+    """Return the rules, a world with walls only, and scratch memory for inputs."""
     model = ErlPopulations(
         **SMALL
         | {"initial_plants": 0, "trees": 0, "initial_carnivores": 0, "sprouts_per_step": 0}
@@ -53,7 +53,7 @@ def put_agent(rules: Any, world: ErlWorld, cell: int, bits: int = 0) -> int:
 
 
 def set_direction(world: ErlWorld, agent: int, direction: int) -> None:
-    """Set the biases of the action network so that it almost certainly chooses a direction."""
+    """Set the biases of the action network so that it almost certainly chooses `direction`."""
     world.action_weights[agent] = 0
     world.action_weights[agent, :, -1] = [
         15 if direction & 2 else -15,
@@ -62,7 +62,7 @@ def set_direction(world: ErlWorld, agent: int, direction: int) -> None:
 
 
 def simulate_world(strategy: str, steps: int = 80) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
-    """Return a population after a number of steps, with the genomes of its founders."""
+    """Return the rules, the world after a number of steps, and genomes [founder, bit]."""
     model = ErlPopulations(**SMALL, strategy=strategy)
     rules = model.rules()
     world = model.world(2, 0, 0, 0)

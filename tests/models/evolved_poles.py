@@ -19,7 +19,7 @@ MAX_STEPS: Final = {"neat-poles": 40, "neat-poles-without-velocities": 150}
 
 @cache
 def evolve_balancers(model: str) -> npt.NDArray[np.float32]:
-    """Return the networks of a generation [agent, entry], with new nodes and links in each run."""
+    """Return networks [agent, entry] of the last generation. They have new nodes and links."""
     changes = [
         "population.size=40",
         "evolution.generations=12",

@@ -12,7 +12,7 @@ from baldwinlab.simulation.simulate import simulate_histories
 
 
 def simulate_runs(experiment: Any, seed: int, n_runs: int = 1) -> xr.Dataset:
-    """Return the variables (run, generation, agent) of the runs from number 0 on."""
+    """Return the variables (run, generation, agent) of runs 0 to `n_runs` - 1."""
     histories = simulate_histories(experiment, seed, range(n_runs))
     return xr.concat([history.dataset() for history in histories], "run")
 

@@ -28,10 +28,10 @@ def move_walker(part: Any, agent: Any, naive: Any) -> None:
 
 
 def compute_walls(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-    """Compute the hooks in plain Python.
+    """Return the result of each hook.
 
-    A line crosses a wall unless it is on one side of a strip, or all corners of the wall are on
-    one side of the line.
+    A line from (x, y) to (x + dx, y + dy) crosses a wall, except in two cases: the line is
+    completely on one side of the wall, or all corners of the wall are on one side of the line.
     """
     walls = [[float(edge) for edge in wall] for wall in part.edges]
 

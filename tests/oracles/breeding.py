@@ -1,4 +1,4 @@
-"""Oracles in plain Python: fitness functions, inheritance, and rules that stop a run."""
+"""Oracles in plain Python: fitness, inheritance, and stops by the fitness [generation][agent]."""
 
 from __future__ import annotations
 
@@ -30,10 +30,12 @@ def evaluate_early_food(part: Any, lifetimes: Any) -> Any:
 
 def evaluate_novelty(part: Any, lifetimes: Any) -> Any:
     n_entries = min(int(part.n_archived[0]), part.archive_size)
+    # `part.archive` is [x or y, entry], and `archive` is [entry][x or y].
     archive = list(zip(*part.archive[:, :n_entries].tolist(), strict=True))
     agents = [tuple(position) for position in lifetimes.position]
 
     def measure(first: Any, second: Any) -> float:
+        """Return the distance of two positions on the torus."""
         differences = [abs(a - b) for a, b in zip(first, second, strict=True)]
         spans = (part.width, part.height)
         return math.hypot(*(min(d, span - d) for d, span in zip(differences, spans, strict=True)))

@@ -36,7 +36,7 @@ def apply_covariance(part: Any, agents: Any, agent: Any, naive: Any) -> None:
 
 
 def _change_weights(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
-    """Compute the update of all four rules in plain Python."""
+    """Update weights by the coefficients a to d, which are per weight if they are inherited."""
     is_inherited = "a" in agent.arrays
     if is_inherited:
         coefficients: Any = zip(*(agent.arrays[name] for name in "abcd"), strict=True)
@@ -50,17 +50,17 @@ def _change_weights(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> Non
 
 
 def _compute_gate(agent: Any, naive: Any) -> float:
-    """Compute the gate in plain Python."""
     return float(2 * naive.think(agent.reinforcement_module, agent.inputs)[0] - 1)
 
 
 def _update_weights(rule: int, agent: Any, naive: Any) -> None:
-    """Compute the update of a rule in plain Python."""
+    # A weight is a fixed sign (1 or -1) times a strength `w` from 0 to 1.
     signs = iter(agent.arrays["signs"])
     for row, unit, x, y in naive.synapses(agent):
         sign = next(signs)
         w = row[unit] * sign
         f = np.tanh(4 * (1 - abs(x - y)) - 2)
+        # The index in the tuple is the number of the rule.
         change = (
             (1 - w) * x * y,
             w * (x - 1) * y + (1 - w) * x * y,

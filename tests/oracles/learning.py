@@ -63,10 +63,7 @@ def apply_self_taught(part: Any, agents: Any, agent: Any, naive: Any) -> None:
 
 
 def _update_weights(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
-    """Compute the update of both rules in plain Python.
-
-    Predictions are the outputs of a network with the hidden layers of the action module.
-    """
+    """Update the prediction module, and the hidden layers that it shares with the action module."""
     n_inputs = len(agent.inputs)
     n_rows = part.n_last_hidden + naive.biases
     weights = agent.arrays["prediction_weights"]
@@ -85,17 +82,16 @@ def _update_weights(part: Any, agent: Any, naive: Any, target: Sequence[float]) 
 
 
 def _store_step(agent: Any) -> None:
-    """Compute `store_step` in plain Python."""
     agent.arrays |= {"has_previous_step": [1.0], "last_inputs": agent.inputs}
 
 
 def _get_rate(agent: Any) -> float:
-    """Compute `rate_with_previous_step` in plain Python."""
+    """Return the learning rate, or 0 in the first step, which has no previous step."""
     return agent.rate if any(agent.arrays["has_previous_step"]) else 0.0
 
 
 def _reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> None:
-    """Compute `_reinforce` in plain Python."""
+    """Learn the last action if the evaluation rose. Learn the opposite action if it fell."""
     change = evaluation - agent.arrays["evaluation"][0]
     last_action = agent.arrays["last_action"]
     # A float32 factor would make the result float32.

@@ -33,7 +33,8 @@ def evaluate_plastic_prisoners(
 ) -> float:
     """Return the payoff per round of the first of two genomes, computed move by move.
 
-    `slips` has for each round whether the moves of both agents are inverted.
+    `pair`: index in `PAIRS` of the moves before the first round. `slips`: whether the moves of the
+    two agents are inverted, [round][agent].
     """
     tables = [list(genome[:4]), list(opponent[:4])]
     plastic = [genome[4:], opponent[4:]]

@@ -1,8 +1,9 @@
 """Independent implementation of NEAT in plain Python.
 
 The functions read a genome as a dictionary of genes by innovation number, and write it back. The
-results must equal those of `operators`. Populations are lists [agent][module][entry]. The index of
-`draws` is [child][row][4].
+results must equal those of `baldwinlab.evolution.neat.operators`. Populations are lists
+[agent][module][entry]. `draws` [child][row][4] are random numbers: row 0 for the child, row 1 for a
+new link and for species, and one row for each link.
 """
 
 from __future__ import annotations
@@ -98,11 +99,12 @@ def step(
 
 
 def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
-    """Return the status of each species, the oldest first."""
+    """Return the status by number of the species, the oldest (smallest number) first."""
     result: dict[float, dict[str, Any]] = {}
     for species in sorted({modules[0][SPECIES] for modules in genome}):
         members = [agent for agent, modules in enumerate(genome) if modules[0][SPECIES] == species]
         head = genome[members[0]][0]
+        # The engine stores the best fitness as float32.
         best = max(float(np.float32(fitness[agent])) for agent in members)
         is_improved = best > head[BEST]
         stale = 0 if is_improved else int(head[STALE]) + 1
@@ -118,7 +120,7 @@ def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
 
 
 def _population_status(genome: Any, fitness: Any) -> tuple[float, int]:
-    """Return the best fitness of all generations, and the generations without its increase."""
+    """Return the best fitness of all generations, and the number of generations without a rise."""
     best = float(np.float32(max(fitness)))
     previous_best = genome[0][0][POPULATION_BEST]
     is_improved = best > previous_best
@@ -147,7 +149,7 @@ def _select_species(part: Any, genome: Any, fitness: Any) -> dict[float, dict[st
 
 
 def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[int]]:
-    """Return the parents of each child under the selection `species`."""
+    """Return the parents [child][2] under the selection `species`. `uniforms`: [child][2][4]."""
     selected_species = _select_species(part, genome, fitness)
     means = [status["mean"] for status in selected_species.values()]
     if not any(means):
@@ -184,7 +186,7 @@ class _Innovations:
         self._numbers = dict[tuple[str, float, float], int]()
 
     def number_link(self, source: float, target: float) -> int:
-        """Return the number of a link, a new number if no child has the link."""
+        """Return the number of a link. It is new if no child of the generation has the link."""
         number = self._numbers.setdefault(("link", source, target), self.last + 1)
         self.last = max(self.last, number)
         return number
@@ -260,7 +262,7 @@ def _split_link(genes: Genes, number: int, innovations: _Innovations) -> None:
 
 
 def _cross(part: Any, genes: Genes, mate_genes: Genes, draws: Any) -> None:
-    """Cross the genes of a child with those of its second parent."""
+    """Cross the genes of a child (a copy of the first parent) with those of the second parent."""
     for (number, gene), draw in zip(sorted(genes.items()), draws, strict=False):
         disabled = not gene[3] or (number in mate_genes and not mate_genes[number][3])
         if number in mate_genes and draw[0] >= 0.5:
@@ -289,7 +291,7 @@ def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]
 def _make_heads(
     part: Any, genome: Any, fitness: Any, offspring: list[Genes], draws: Any, last_innovation: int
 ) -> list[list[float]]:
-    """Return the heads of the children's genomes, with the status of their species."""
+    """Return the head of each child's genome, with the number and status of a species."""
     all_species = _species_status(genome, fitness)
     population_best, population_stale = _population_status(genome, fitness)
     # Number, representative, best fitness, and generations without improvement.

@@ -16,7 +16,7 @@ def compute_simple_recurrent(part: Any, agent: Any, naive: Any) -> Any:
 
 
 def compute_continuous_time(part: Any, agent: Any, naive: Any) -> Any:
-    """Compute the outputs. Store the states of the hidden units in `agent.arrays`."""
+    """Return the outputs. Store the states of the hidden units in `agent.arrays`."""
     hidden, outputs = agent.action_module
     states = agent.arrays.get("states", [0.0] * part.hidden)
     biases = hidden[-1] if part.biases else [0.0] * part.hidden
@@ -40,5 +40,4 @@ def compute_continuous_time(part: Any, agent: Any, naive: Any) -> Any:
 
 
 def _compute_logistic_outputs(states: Sequence[float], biases: Sequence[float]) -> list[float]:
-    """Return the outputs of logistic units."""
     return [1 / (1 + math.exp(-state - bias)) for state, bias in zip(states, biases, strict=True)]

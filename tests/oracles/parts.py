@@ -1,7 +1,7 @@
 """Oracles of built-in parts: the same rules in plain Python, written without the engine.
 
-A custom part contains its oracle, with which `baldwinlab check` compares it. The oracles of
-built-in parts are only for tests.
+A custom part contains an oracle, and `baldwinlab check` compares the two. Oracles of built-in parts
+are only for tests.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from tests.oracles import (
     variation,
 )
 
-# Kind of part -> name -> oracle, with the arguments that `api/checks/declarations.py` lists for the
-# kind.
+# Kind of part -> name -> oracle. `ORACLES` in `api/checks/declarations.py` has the arguments.
 _ORACLES: Final[Mapping[str, Mapping[str, Callable[..., Any]]]] = {
     "sense": {
         "compass": senses.compute_compass,
@@ -140,7 +139,7 @@ def find_oracle(part: Any) -> Callable[..., Any]:
 
 @contextmanager
 def use_oracles() -> Iterator[None]:
-    """Give all built-in parts their oracles, as custom parts have them."""
+    """Add oracles to all built-in parts, in the same way as custom parts have oracles."""
     for part, oracle in BUILT_IN_ORACLES.items():
         part.oracle = staticmethod(oracle)
     try:
@@ -153,11 +152,11 @@ def use_oracles() -> Iterator[None]:
 def check_built_in_parts(parts: Any, requirements: Sequence[str] = ()) -> list[CheckFinding]:
     """Check built-in parts, and compare them with their oracles.
 
-    The child processes of a check do not know these oracles, so this process compares.
+    The child processes of `check_part` do not have these oracles, so this process compares.
     """
     names = requirements or tuple(REQUIREMENTS)
     others = [name for name in names if name != "oracle"]
-    # An empty list would be all requirements.
+    # `check_part` with an empty list would check all requirements.
     findings = check_part(parts, requirements=others) if others else []
     if "oracle" in names:
         classes = [parts] if isinstance(parts, type) else parts

@@ -1,4 +1,7 @@
-"""Oracles in plain Python: selections."""
+"""Oracles in plain Python: selections.
+
+An oracle returns the indices of the two parents of each child. `uniforms` is [child][2][4].
+"""
 
 from __future__ import annotations
 
@@ -64,7 +67,7 @@ def choose_tournament(part: Any, generation: Any) -> Any:
         agents = [int(draw * len(generation.fitness)) for draw in draws]
         return max(agents, key=lambda agent: generation.fitness[agent])
 
-    # The first two numbers select the first parent, the next two the second parent.
+    # The first two random numbers select the first parent, and the next two the second parent.
     return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in generation.uniforms]
 
 
@@ -148,7 +151,7 @@ def choose_outcrossing(part: Any, generation: Any) -> Any:
         first = draw_agent(shares, first_draw)
         second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
         if not any(second_shares):
-            # Only a single agent can be its own mate.
+            # An agent mates with itself only if it is the only agent.
             second_shares = [
                 float(agent != first or len(shares) == 1) for agent in range(len(shares))
             ]
@@ -171,7 +174,7 @@ def choose_mutant_fixation(part: Any, generation: Any) -> Any:
 
 
 def _sort_from_fittest(generation: Any, tie: int) -> list[int]:
-    """Return the agents from the fittest on. Their random number `tie` orders equal agents."""
+    """Return the agents, the fittest first. The random number `tie` orders equal agents."""
     return sorted(
         range(len(generation.fitness)),
         key=lambda agent: (-generation.fitness[agent], generation.uniforms[agent][1][tie]),
@@ -183,7 +186,7 @@ def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
     sums = _sum_shares(shares)
 
     def draw_agent(draw: float) -> int:
-        # A product can round up to the sum.
+        # A product can round up to the sum. Then no end is larger, and the last agent is selected.
         ends = (agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
         return next(ends, len(sums) - 1)
 
@@ -192,6 +195,6 @@ def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
 
 
 def _sum_shares(shares: Sequence[float]) -> list[float]:
-    """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
+    """Return the cumulative sums of `shares`. If all are 0, each share counts as 1."""
     effective_shares = shares if any(shares) else [1.0 for _ in shares]
     return list(accumulate(effective_shares))

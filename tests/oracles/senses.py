@@ -20,7 +20,7 @@ def compute_neighbours(part: Any, agent: Any, items: Any, naive: Any) -> Any:
 
 
 def compute_last_action(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-    """Use `agent.arrays`, which is empty at birth and persists during life."""
+    """Return which action was last. `agent.arrays` is empty at birth and persists during life."""
     is_newborn = not agent.arrays
     agent.arrays["alive"] = True
     return [not is_newborn and agent.action == action for action in range(3)]
@@ -50,7 +50,7 @@ def compute_rays(part: Any, agent: Any, items: Any, naive: Any) -> Any:
 
 
 def _compute_rays(degrees: Any, item_radius: float, agent: Any, items: Any, naive: Any) -> Any:
-    """Return 1 - the distance of the first item on each ray, relative to the visual radius."""
+    """Return one input per ray: 1 - distance of the first item on the ray / visual radius."""
     visual_radius = float(naive.visual_radius)
 
     def ray_input(ray_degrees: float) -> float:

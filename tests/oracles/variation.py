@@ -1,4 +1,7 @@
-"""Oracles in plain Python: variations."""
+"""Oracles in plain Python: variations.
+
+`fitter` and `second` are genomes [module][weight]. `draws` [gene][4] and `gate` are random numbers.
+"""
 
 from __future__ import annotations
 
@@ -179,7 +182,7 @@ def _cross_at_point(
 
 
 def _mutate(part: Any, weight: float, draw: Any, gate: float) -> float:
-    """Mutate a weight uniformly, if its random number or that of the child permits it."""
+    """Mutate a weight uniformly if the random number of the weight or of the child is small."""
     is_mutated = (gate if part.mutation_gate else draw[1]) < part.mutation_rate
     return float(weight + (part.mutation_size * (2 * draw[2] - 1) if is_mutated else 0.0))
 
@@ -193,7 +196,7 @@ def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length:
 
 
 def _vary_genes(fitter: Any, second: Any, draws: Any, vary_gene: Callable[..., float]) -> Any:
-    """Return a child whose genes follow from the genes of the parents and a row of `draws` each."""
+    """Return a child. Gene i is `vary_gene` of gene i of both parents and of `draws[i]`."""
     pairs = zip(_flatten(fitter), _flatten(second), strict=True)
     child = [vary_gene(a, b, draw) for (a, b), draw in zip(pairs, draws, strict=False)]
     return _split_modules(child, len(fitter[0]))

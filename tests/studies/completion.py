@@ -38,7 +38,7 @@ def complete_assays(
 def count_progress(
     step_counts: list[int],
 ) -> Callable[[str, int], AbstractContextManager[Callable[[int], None]]]:
-    """Return a progress that appends the done steps, after the negative number of all steps."""
+    """Return a progress that appends -(all steps), then the steps of each advance, to the list."""
 
     @contextmanager
     def append_steps(description: str, total: int) -> Iterator[Callable[[int], None]]:
@@ -49,7 +49,7 @@ def count_progress(
 
 
 def stop_after_generations(study: StudyStore, runs: int, count: int) -> None:
-    """Simulate `count` generations of the missing runs with a checkpoint each, and stop."""
+    """Simulate `count` generations of the missing runs, each with a checkpoint. Then stop."""
     missing = find_missing_runs(study, runs, ignore_message)
     tasks = plan_tasks(study, missing, 1, CPU.worlds, Interval(generations=1))
     with closing(THREADS.run(study, tasks, 1, CPU)) as amounts:

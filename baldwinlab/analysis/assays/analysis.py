@@ -1,8 +1,8 @@
 """Test for the Baldwin effect: apply the criteria of `questions.toml` to the stored assays.
 
-Every condition that evolves and learns is tested. A test compares two values of the same run: with
-and without learning, or in the first and in the last generations. All p-values are one family,
-corrected by Holm's method.
+Every condition that evolves and learns is tested. A test compares two quantities run by run, for
+example fitness with and without learning. All p-values are one family, corrected by Holm's method.
+`section.py` shows the answers in a report.
 """
 
 from __future__ import annotations
@@ -56,16 +56,18 @@ from baldwinlab.analysis.statistics.significance import (
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors, find_control
 
+# Values (run) of the quantities of a condition.
 Table = Mapping[Quantity, xr.DataArray]
 
 
 class _QuantityComparison(NamedTuple):
     """The comparison of the two quantities of a criterion."""
 
+    # None if a quantity is not stored, or if no run defines both quantities.
     pairs: statistics.Pairs | None
     # Number of runs in which a quantity is undefined.
     left_out: int = 0
-    # Whether both quantities have the same value in all runs, so that nothing can be compared.
+    # Whether all values of both quantities are equal, so that no test is possible.
     is_constant: bool = False
 
 
@@ -74,12 +76,13 @@ class Answer:
     """The answer to a criterion."""
 
     criterion: Criterion
-    # Comparison of the criterion's quantities, or None if one was not measured.
+    # Comparison of `a` with `b`. None if one is not measured, or if no run defines both.
     numbers: statistics.Pairs | None
     # Number of runs in which `a` or `b` of the criterion is undefined.
     left_out: int
     verdict: Verdict
-    # The test, whose p-value is corrected for all tests of the analysis; None if not measured.
+    # Test with the p-value corrected for all tests of the analysis. None without a comparison, or
+    # if all values are equal.
     test: FamilyTest | None = None
 
     @property
@@ -95,12 +98,12 @@ class Answer:
 
     @property
     def label(self) -> str:
-        """The verdict as a report shows it."""
+        """The verdict in a report: "too few runs" can replace "undecided"."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
     def note(self) -> str:
-        """The number that decides, if needed, and the runs that an undecided answer needs."""
+        """The reason for the verdict and the required number of runs, or "" without a need."""
         if self.numbers is None or self.test is None:
             return ""
         is_decided = self.verdict != UNDECIDED
@@ -145,13 +148,13 @@ class ConditionResult:
 
 @dataclass(frozen=True)
 class Number:
-    """Median of a quantity over the runs in which it is defined, with its 95 % interval."""
+    """Median of a quantity over the runs that define it, with the 95 % interval."""
 
     condition: str
     # The two parts of a `Quantity`: a measure, and its time or its agents.
     measure: str
     when: str
-    # Number of runs in which the quantity is defined, and is undefined.
+    # Number of runs that define the quantity, and of runs that do not.
     runs: int
     left_out: int
     median: float
@@ -167,11 +170,11 @@ class Analysis:
     numbers: tuple[Number, ...]
     # Number of generations in the first and the last window.
     last: int
-    # Quantities by condition.
+    # Quantities by condition, also of conditions that do not learn.
     tables: Mapping[str, Table]
     # Whether any condition uses the MiniWorld model.
     is_foraging: bool
-    # A sentence that says how to add runs, with "{runs}" for their number.
+    # Sentence on adding runs. "{runs}" stands for the number of runs that is needed.
     instruction: str = ""
 
     @property
@@ -183,7 +186,7 @@ class Analysis:
 
     @property
     def applicable_criteria(self) -> list[Criterion]:
-        """The criteria that apply to a condition."""
+        """The criteria that apply to at least one condition."""
         applicable = {answer.criterion for result in self.results for answer in result.answers}
         criteria = load_criteria(self.is_foraging)
         return [criterion for criterion in criteria if criterion in applicable]
@@ -219,7 +222,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
     controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():
         if control and INNATE_LAST in tables[control]:
-            # Criteria compare quantities of one table.
+            # A criterion compares quantities of one table, so this table needs the value, too.
             tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
     is_foraging = has_foragers(experiments.values())
     learning_experiments = {name: experiments[name] for name in learning_conditions}
@@ -250,7 +253,7 @@ def _answer_criteria(
     experiments: Mapping[str, BaseExperiment],
     criteria: Sequence[Criterion],
 ) -> dict[str, tuple[Answer, ...]]:
-    """Answer the criteria of all conditions, whose tests are one family."""
+    """Answer the criteria of all conditions. All tests together are one family."""
     comparisons = {
         (name, criterion): _compare_quantities(tables[name], criterion)
         for name, experiment in experiments.items()
@@ -281,9 +284,9 @@ def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
 
 
 def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """Return the values of each quantity in runs that define all, and the number of other runs."""
+    """Return values [run] in the runs that define all quantities, and the number of other runs."""
     columns = [drop_labels(table[name]) for name in names]
-    aligned = xr.align(*columns, join="inner")
+    aligned = xr.align(*columns, join="inner")  # Runs that have all quantities.
     # [quantity, run]
     values = np.stack([np.asarray(column.values, np.float64) for column in aligned])
     is_defined = np.isfinite(values).all(axis=0)
@@ -292,7 +295,6 @@ def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], i
 
 
 def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparison:
-    """Compare the quantities of a criterion."""
     if criterion.a not in table or criterion.b not in table:
         return _QuantityComparison(None)
     (a, b), left_out = _select_defined(table, criterion.a, criterion.b)
@@ -305,7 +307,7 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests of planned assays, also those whose quantities may be undefined."""
+    """Return the tests of planned assays, assuming that every run defines every quantity."""
     tests = []
     for name, experiment in experiments.items():
         if not evolves_and_learns(experiment, None):
@@ -323,9 +325,10 @@ def _decide(sign: int, comparison: _QuantityComparison, test: FamilyTest | None)
     pairs = comparison.pairs
     if pairs is None:
         return NOT_MEASURED
+    # All values are equal.
     if test is None:
         return NOT_MEASURABLE
-    # Ties in all of enough runs show that no difference exists, as in an equivalence test.
+    # Ties in all runs show that no difference exists, if a difference could have been significant.
     if pairs.above == pairs.below == 0:
         return UNDECIDED if test.has_too_few_runs else NO
     verdicts: Mapping[int, Verdict] = {1: YES, 0: UNDECIDED, -1: NO}

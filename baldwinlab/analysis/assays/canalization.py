@@ -1,7 +1,7 @@
 """Evaluation of the assay `canalization`: effects of single mutations and of a new world.
 
-An effect is the fitness of an agent minus its fitness with one mutation, or in the new world. Both
-lifetimes have the same random numbers, except for those of the new world.
+An effect is the fitness of an agent minus the fitness with one mutation, or in the new world. The
+mutant has the same random numbers as the agent. The new world has other random numbers.
 
 References
 ----------
@@ -34,16 +34,14 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
 
     The loss is the mean effect, and the sensitivity is the root mean square effect. The unit is the
     standard deviation of fitness among the agents: the root of the mean variance over generations
-    and kinds of life. It is the same for all of them, so that they can be compared. Neither value
-    changes if a constant is added to fitness, or if the unit of fitness changes.
+    and kinds of life. One unit of a run makes generations and kinds of life comparable. Loss and
+    sensitivity do not depend on the unit of fitness, or on a constant that is added to fitness.
 
-    Returns the variables `EFFECTS` (run, generation, life). They are NaN if fitness does not vary.
-
-    References
-    ----------
-    Waddington 1942; Wagner, Booth and Bagheri-Chaichian 1997.
+    Returns the variables `EFFECTS` (run, generation, life). All are NaN if fitness does not vary.
+    See Waddington 1942; Wagner, Booth and Bagheri-Chaichian 1997.
     """
     fitness = data["energy"].sel(world="stored", drop=True)
+    # (run, generation, life, mutant, agent). The new world counts as a single mutant.
     changed = {
         "mutation": data["mutant_energy"],
         "new world": data["energy"].sel(world="new", drop=True).expand_dims("mutant"),
@@ -62,10 +60,10 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
 def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     """Yield the values (run) of all effects, and two comparisons of the sensitivity.
 
-    - Buffering by learning: 1 minus the sensitivity with learning divided by that without. It is
-      above 0 if learning reduces the effects of mutations on fitness.
-    - Decline: 1 minus the sensitivity of the last generation divided by that of the first. It is
-      above 0 if evolution has reduced the effects.
+    - Buffering by learning: 1 - on / off, the sensitivities with and without learning. The value is
+      above 0 if learning reduces the effects of a change on fitness.
+    - Decline: 1 - end / start, the sensitivities of the last and of the first generation. The value
+      is above 0 if evolution has reduced the effects.
     """
     effects = compute_effects(data)
     for life, measure in FITNESS_BY_LIFE.items():

@@ -1,6 +1,6 @@
-"""Criteria of the Baldwin effect, read from `questions.toml`, their verdicts, and their terms.
+"""Criteria of the Baldwin effect from `questions.toml`, and the combination of verdicts.
 
-The terms of a text depend on whether a model has food and weights.
+The words of a criterion depend on whether the model has food and weights.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURE
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 Verdict = Literal["yes", "no", "undecided", "not measurable", "not measured"]
+# Sign of the difference a - b that answers a criterion with yes, by rule.
 RULE_SIGNS: Final = {"greater": 1, "lower": -1}
-# Innate fitness in the last generations of a condition, and of its no-learning control.
+# Innate fitness in the last generations: of a condition, and of the no-learning control.
 INNATE_LAST: Final[Quantity] = ("off", "last")
 CONTROL_LAST: Final[Quantity] = ("no-learning control", "last")
 
@@ -42,7 +43,7 @@ def has_foragers(experiments: Iterable[BaseExperiment]) -> bool:
 
 
 def select_terms(is_foraging: bool) -> Terms:
-    """Return the terms for conditions of which any, or none, uses the MiniWorld model."""
+    """Return the terms for MiniWorld conditions, or for conditions of other models only."""
     return FOOD_TERMS if is_foraging else FITNESS_TERMS
 
 
@@ -65,7 +66,8 @@ class Criterion:
     rule: str
     a: Quantity
     b: Quantity
-    # Phase of the Baldwin effect, or None if the criterion shows the mechanism.
+    # Phase of the Baldwin effect: 1 is fitness with learning, and 2 is innate fitness. None if the
+    # criterion shows the mechanism.
     phase: int | None = None
     # "foragers" if the criterion applies only to the MiniWorld model.
     only_for: str = ""
@@ -95,14 +97,15 @@ def _read_criterion(entry: dict[str, Any], terms: Terms) -> Criterion:
 
 
 def load_rules() -> dict[str, str]:
-    """Return the description of each rule."""
+    """Return the description of each rule by name, "greater" or "lower"."""
     return dict(_load_questions()["rules"])
 
 
 def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
     """Return no if any verdict is no, yes if all are yes, else undecided.
 
-    Criteria that are not measured or not measurable are ignored, unless no other exists.
+    Criteria that are not measured or not measurable are ignored. If no other criterion exists, the
+    result is "not measurable" if any verdict is, else "not measured".
     """
     measured_verdicts = set(verdicts) - {NOT_MEASURED, NOT_MEASURABLE}
     if not measured_verdicts:

@@ -1,4 +1,4 @@
-"""Evaluation of the assay `descent`: common ancestors."""
+"""Evaluation of the assay `descent`: last common ancestors, and effective number of founders."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 @styled
 def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the age of the last common ancestor, and the effective founders: two panels per map."""
+    """Draw the age of the last common ancestor and the effective ancestors: two panels per map."""
+    # Without inheritance, agents have no ancestors, and the values are NaN.
     stored = {
         name: data for name, data in stored.items() if data["effective_ancestors"].notnull().any()
     }
@@ -36,7 +37,7 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     styles = style_learners(stored)
     maps = list(dict.fromkeys(condition.map for condition in factors.values()))
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.2 * len(maps)))
-    grid = figure.subplots(len(maps), 2, squeeze=False)
+    grid = figure.subplots(len(maps), 2, squeeze=False)  # [map, measure]
     measures = {
         "common_ancestor_age": "generations since the\nlast common ancestor",
         "effective_ancestors": "effective ancestors",

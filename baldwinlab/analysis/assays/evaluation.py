@@ -1,7 +1,7 @@
-"""Declaration of the evaluation of an assay: its quantities and its part of the report.
+"""Class that declares the evaluation of an assay: quantities, figures and tables of a report.
 
-The evaluations in the modules of this package are found here. An assay without one is stored, and
-not shown.
+The other modules of this package declare evaluations, and `load_evaluations` imports all of them.
+The report shows no assay without an evaluation.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class AssayFigure(NamedTuple):
 
     name: str
     title: str
-    # It may contain the placeholders of `Terms`, as the names of measures may.
+    # Text with the placeholders of `Terms`, for example "{weights}".
     caption: str
-    # Draws conditions by name, with the label of fitness.
+    # Function of the datasets by condition, the drawn conditions, and the label of fitness.
     draw: Callable[[Stored, Sequence[str], str], Figure]
-    # Measures in the alternative text.
+    # The alternative text lists the medians of these measures.
     measures: Sequence[str]
 
 
@@ -50,34 +50,35 @@ class EffectTable(NamedTuple):
 
     title: str
     explanation: str
-    # Heading of the time.
+    # Heading of the column of times, for example "Start".
     time: str
     columns: Sequence[str]
-    # Measure of each column, by the name of a row.
+    # Measures in the order of `columns`, by the name in the column "Measure".
     measures: Mapping[str, Sequence[str]]
 
 
 @dataclass(frozen=True)
 class AssayEvaluation:
-    """Quantities of an assay, and its part of the report."""
+    """Quantities of an assay, and the figures, table and section of a report that show them."""
 
     assay: str
     # Assays with lower numbers come first in the report.
     order: int
-    # Yields quantities of the dataset of a condition. The number is that of generations in the
-    # windows "first" and "last".
+    # Function that yields quantities. The arguments are the dataset of a condition, and the number
+    # of generations in the windows "first" and "last".
     compute_quantities: Callable[[xr.Dataset, int], Iterator[QuantityValues]] | None = None
-    # Names of measures in the report, if they differ.
+    # Names of measures in the report. A measure without an entry has its own name there.
     measure_names: Mapping[str, str] = field(default_factory=dict)
     figures: Sequence[AssayFigure] = ()
     table: EffectTable | None = None
-    # Makes a section of its own from the datasets by condition, and saves figures in a folder.
+    # Function of the datasets by condition, and of the folder for figures. It returns a separate
+    # section of the report.
     make_section: Callable[[Stored, Path], Section] | None = None
 
 
 @cache
 def load_evaluations() -> Mapping[str, AssayEvaluation]:
-    """Return the evaluations that the modules of this package declare, by assay, in order."""
+    """Return the evaluations of all modules of this package by assay, in the report's order."""
     modules = [
         import_module(f"{__package__}.{module.name}")
         for module in iter_modules([str(Path(__file__).parent)])
@@ -93,7 +94,7 @@ def load_evaluations() -> Mapping[str, AssayEvaluation]:
 
 
 def select_with_quantities(assays: Assays) -> Assays:
-    """Return the assays whose quantities are compared within conditions."""
+    """Return the assays with quantities, which criteria compare within a condition."""
     evaluations = load_evaluations()
     return {
         name: stored
@@ -103,10 +104,10 @@ def select_with_quantities(assays: Assays) -> Assays:
 
 
 def compute_quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
-    """Return all quantities of a condition.
+    """Return the values (run) of all quantities of a condition. NaN marks an undefined value.
 
     `last`: number of generations in the windows "first" and "last", at least 1. The window
-    "throughout" has all generations. Returns values (run), NaN if they are undefined.
+    "throughout" has all generations.
     """
     if last < 1:
         raise ValueError(f"last = {last} must be at least 1 generation")
@@ -127,7 +128,7 @@ def name_measure(measure: str, terms: Terms) -> str:
 
 
 def make_own_sections(assays: Assays, folder: Path) -> list[Section]:
-    """Make the sections of the assays that have their own, and save their figures in a folder."""
+    """Make the separate sections of assays, for example of `opponents`, and save the figures."""
     return [
         evaluation.make_section(assays[name], folder)
         for name, evaluation in load_evaluations().items()

@@ -1,6 +1,8 @@
-"""Evaluation of the assays `fork` and `fork-mode`: history, regime and their interaction.
+"""Evaluation of the assays `fork` and `fork-mode`: effects of history and regime.
 
-The four branches of a run have the same random numbers, so an effect is a difference within a run.
+The assays evolve genomes further in four branches. The history of a branch is the origin of the
+genomes: the learner, or the no-learning control. The regime is learning on or off in the branch.
+All branches of a run have the same random numbers, so an effect is a difference within a run.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.evaluation import AssayEvaluation, EffectTable, QuantityValues
 
-# Names on the stored coordinates.
+# Labels of the stored coordinates `history` and `regime`.
 HISTORIES: Final = ("learner", "control")
 REGIMES: Final = ("on", "off")
 MEASURES: Final = {"innate_fitness": "innate fitness", "fitness": "fitness in the regime"}
@@ -22,11 +24,11 @@ EFFECTS: Final = ("history", "regime", "interaction")
 
 
 def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return the effects of each run by name, on means over agents at the end of the branches.
+    """Return effects (run, generation) by name, on means over agents at the end of the branches.
 
     - history: learner minus control, in the branches with learning off.
     - regime: learning on minus off, averaged over the histories.
-    - interaction: the effect of the regime on the learner minus that on the control.
+    - interaction: the effect of the regime on the learner minus the effect on the control.
     """
     return {
         name_quantity(effect, measure): values
@@ -41,7 +43,7 @@ def name_quantity(effect: str, measure: str) -> str:
 
 
 def _compute_fork_effects(fitness: xr.DataArray) -> dict[str, xr.DataArray]:
-    """Return the effects on a measure (run, generation, history, regime)."""
+    """Return the effects (run, generation) on means (run, generation, history, regime)."""
     learner, control = (fitness.sel(history=name, drop=True) for name in HISTORIES)
     learning_on, learning_off = (fitness.sel(regime=name, drop=True) for name in REGIMES)
     regime_effect = learning_on - learning_off
@@ -63,6 +65,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 def compute_mode_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    """Yield the effects of branches from copies of the most frequent genotype, the mode."""
     for (measure, start), values in compute_quantities(data, last):
         yield (measure, f"mode of {start}"), values
 
@@ -90,7 +93,7 @@ FORK: Final = AssayEvaluation(
     compute_quantities=compute_quantities,
     table=TABLE,
 )
-# The table of `fork` has its rows, too.
+# There is no table, because the table of `fork` also has the rows of `fork-mode`.
 FORK_MODE: Final = AssayEvaluation(
     assay="fork-mode", order=100, compute_quantities=compute_mode_quantities
 )

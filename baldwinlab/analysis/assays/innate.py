@@ -30,6 +30,7 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.palette import LIFE_COLORS
 
+# Legend of each kind of life. The assay simulates the same newborns in all of them.
 LIFE_NAMES: Final = {
     "on": "learning on",
     "off": "learning off: innate fitness",
@@ -43,8 +44,8 @@ LIFE_STYLES: Final = {
 
 
 def _split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
-    """Return the values of each window of generations."""
-    # The stored integers are too small for comparisons with a very large `last`.
+    """Return the values of each window of generations by name, for example "first"."""
+    # The sum of an int32 generation and a very large `last` would overflow.
     generation = values["generation"].astype(np.int64)
     return {
         "first": values.where(generation < generation.min() + last, drop=True),
@@ -59,7 +60,7 @@ def compute_innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityV
         averages = {name: values.mean("generation") for name, values in fitness_by_life.items()}
         for name, average in averages.items():
             yield (name, window), average
-        # Only some generations have the drift control.
+        # Only some generations have the drift control. The comparison needs the same generations.
         has_drift = fitness_by_life["drift"].notnull()
         yield (
             ("on, with drift control", window),
@@ -85,7 +86,7 @@ def compute_neutral_quantities(data: xr.Dataset, last: int) -> Iterator[Quantity
 
 @styled
 def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the fitness of each kind of life (top), and its ratio to that with learning (bottom)."""
+    """Draw fitness by kind of life (top), and as a fraction of fitness with learning (bottom)."""
     figure, grid = make_blocks_of_conditions(stored, names, 2, 2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = stored[name]["energy"].mean("agent")
@@ -98,7 +99,7 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
         draw_medians(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
         bottom.axhline(1, color=GRAY, lw=0.8)
-        bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
+        bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))  # Space above 1.
         label_generations(bottom)
     label_blocks(grid, unit, "share of the fitness\nwith learning on")
     draw_legend_of_panels(figure, grid[:, 0], 2)
@@ -108,7 +109,7 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
 
 @styled
 def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw the gain from learning, and the distances that learning moves weights, if any."""
+    """Draw the gain from learning, and the distances of weights between birth and death."""
     distances = {name: weight_distances(stored[name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1

@@ -1,4 +1,4 @@
-"""Evaluation of the assay `modules`: fitness with evolved and with random modules."""
+"""Evaluation of the assay `modules`: fitness with evolved or random action and reinforcement."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def draw_modules(stored: Stored, names: Sequence[str], unit: str) -> Figure:
             draw_strip(axes, row, fitness, GRAY)
         label_strips(axes, [kind.replace(", ", ",\n") for kind in kinds])
         axes.set_xlabel(unit)
-        # Two conditions are next to each other, and only the left one has labels.
+        # Two conditions are next to each other. Only the left panel needs labels.
         is_left_panel = condition_index % 2 == 0
         axes.tick_params(labelleft=is_left_panel)
         axes.grid(visible=False, axis="y")

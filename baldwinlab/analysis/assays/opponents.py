@@ -1,7 +1,7 @@
 """Report section that compares generations of two species against the same opponents.
 
-The value of a run is the mean fitness of the agents of a species. All comparisons are within runs,
-and their p-values are one family, corrected by Holm's method.
+The value of a run is the mean fitness of the agents of a species. All comparisons are within runs.
+The p-values of all comparisons are one family, corrected by Holm's method.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ class SpeciesMatrix(NamedTuple):
 
     species: str
     opponents: str
-    fitness: xr.DataArray  # Mean fitness of the agents (run, own, opponent).
+    # Mean fitness of the agents (run, own generation `own`, opponents' generation `opponent`).
+    fitness: xr.DataArray
 
 
 @dataclass(frozen=True)
@@ -71,10 +72,10 @@ class GenerationTest:
     """A comparison of two cells of a matrix, run by run."""
 
     condition: str
-    # The species, the compared generations, and their opponents.
+    # Text that names the species, the compared generations, and the opponents.
     question: str
     pairs: statistics.Pairs
-    # The test, whose p-value is corrected for all comparisons of the study.
+    # Test with a p-value that is corrected for all comparisons of the study.
     test: FamilyTest
 
     @property
@@ -87,6 +88,7 @@ def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
     """Return the matrix of each species, in the order of the species."""
     names = [str(name) for name in data["species"].values]
     matrices = []
+    # For the second species, the dimensions and the names change places.
     for own_dim, opponent_dim, species, opponents in (
         (*GENERATION_DIMS, *names),
         (*GENERATION_DIMS[::-1], *names[::-1]),
@@ -100,9 +102,9 @@ def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
 
 
 def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest]:
-    """Compare the first and the last generation of each species, and those of its opponents.
+    """Compare the first with the last generation: of each species, and of the opponents.
 
-    Returns three tests for each species of each condition; none if only one generation met.
+    Returns three tests per species and condition, or none if only one generation met.
     """
     comparisons = {
         (condition, question): pairs
@@ -117,7 +119,7 @@ def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest
 
 
 def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pairs]]:
-    """Yield a description and the comparison of two cells at the corners of a matrix."""
+    """Yield three comparisons of two corner cells of a matrix, each after a description."""
     species, opponents, fitness = matrix
     generations = fitness["own"].values.tolist()
     first, last = generations[0], generations[-1]
@@ -139,8 +141,8 @@ def _compare_matrix(matrix: SpeciesMatrix) -> Iterator[tuple[str, statistics.Pai
 
 
 def _compare_cells(fitness: xr.DataArray) -> statistics.Pairs:
-    """Compare the first with the second of two cells (run, cell)."""
-    return statistics.compare_pairs(*fitness.transpose(..., "run").values)
+    """Compare the first with the second of two cells. The other dimension is `run`."""
+    return statistics.compare_pairs(*fitness.transpose(..., "run").values)  # [cell, run]
 
 
 def group_by_question(tests: Sequence[GenerationTest]) -> dict[str, list[GenerationTest]]:
@@ -160,7 +162,7 @@ def compose_sentences(tests: Sequence[GenerationTest]) -> list[str]:
 
 
 def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
-    """Yield each answer to a question with its conditions."""
+    """Yield each answer with the conditions, for example "higher in evo/A, evo/B"."""
     for difference in DIFFERENCES:
         conditions = [test.condition for test in group if test.difference == difference]
         is_unanimous = len(conditions) == len(group) > 1
@@ -214,7 +216,7 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the fitness of species by own and opponents' generation: a row per condition."""
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))
-    grid = figure.subplots(len(stored), 2, squeeze=False)
+    grid = figure.subplots(len(stored), 2, squeeze=False)  # [condition, species]
     # The largest median of each species in all conditions.
     largest: dict[str, float] = {}
     for matrix in chain.from_iterable(matrices.values()):
@@ -230,6 +232,7 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
 def _draw_matrix(axes: Axes, matrix: SpeciesMatrix, largest: float) -> None:
     medians = matrix.fitness.median("run").values
     texts = np.vectorize(format_number)(medians)
+    # The range of the colors must not be empty.
     draw_cells(axes, medians, texts, WHITE_TO_BLUE, (0, largest if largest > 0 else 1.0))
     generations = matrix.fitness["own"].values.tolist()
     label_cells(axes, generations, generations)

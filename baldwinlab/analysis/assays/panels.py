@@ -16,7 +16,7 @@ from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle,
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.intervals import interval_of_median
 
-# From the first to the last generation of newborns.
+# One style per kind of newborns, for example a generation, from the first to the last.
 NEWBORN_STYLES: Final = [
     SeriesStyle(color, line, marker)
     for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
@@ -38,7 +38,8 @@ def draw_medians(
 
 
 def style_learners(stored: Stored) -> dict[str, SeriesStyle]:
-    """Return the style of each learner, which is the same in all figures of the study."""
+    """Return the style of each learner, such as "evo+self-taught", equal in all figures."""
+    # The attribute lists all learners of the study, also those without this assay.
     learners = [name for data in stored.values() for name in data.attrs.get("learners", ())]
     learners += [read_factors(data).learner for data in stored.values()]
     return {

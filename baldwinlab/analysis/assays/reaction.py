@@ -36,7 +36,7 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 def name_setting(field: str, value: str) -> str:
-    """Return the name of a changed setting, or of the setting of evolution."""
+    """Return the name of a setting: ("map", "B") -> "map = B", or "as evolved" if unchanged."""
     return UNCHANGED_SETTING if field == UNCHANGED_SETTING else f"{field} = {value}"
 
 
@@ -49,7 +49,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     maps = list(dict.fromkeys(panel.map for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
-    grid = figure.subplots(len(fields), len(maps), squeeze=False)
+    grid = figure.subplots(len(fields), len(maps), squeeze=False)  # [field, map]
     for panel in panels:
         axes = grid[fields.index(panel.field), maps.index(panel.map)]
         for name, fitness in panel.norms.items():

@@ -1,5 +1,7 @@
 """Evaluation of the assay `reaction-norms`: intercept and slope over the amount of learning.
 
+The coordinate `factor` is the multiple of the amount of learning in the study.
+
 References
 ----------
 .. [1] C. H. Waddington, "Genetic assimilation of an acquired character", Evolution 7 (1953).
@@ -39,16 +41,10 @@ LAST_MINUS_FIRST: Final = "last minus first generation"
 
 
 def compute_parameters(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return the intercept and the slope of the reaction norm of each generation.
+    """Return "intercept" and "slope" (run, generation) of reaction norms, in the unit of fitness.
 
-    The intercept is the mean fitness without learning, the factor 0. The slope is the mean fitness
-    with the learning of the study, the factor 1, minus the intercept. No linear norm is assumed.
-
-    Returns "intercept" and "slope" (run, generation), in the unit of fitness.
-
-    References
-    ----------
-    Lande 2009.
+    The intercept is the mean fitness at the factor 0, without learning. The slope is the mean
+    fitness at the factor 1 minus the intercept. The norm need not be linear. See Lande 2009.
     """
     fitness = data["energy"].mean("agent")
     innate, learned = (fitness.sel(factor=factor, drop=True) for factor in (0, 1))
@@ -58,8 +54,8 @@ def compute_parameters(data: xr.Dataset) -> dict[str, xr.DataArray]:
 def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     """Yield the values (run) of both parameters, their changes, and all points of the norms.
 
-    Assimilation raises the intercept and lowers the slope. Both changes are invariant to a constant
-    that is added to fitness.
+    Assimilation raises the intercept and lowers the slope. A constant that is added to fitness does
+    not affect either change.
     """
     generations = data["generation"].values.tolist()
     for parameter, values in compute_parameters(data).items():
@@ -84,7 +80,7 @@ def draw_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
         data = stored[name]
         fitness = data["energy"].mean("agent")
         labels = [f"{factor:g}" for factor in data["factor"].values]
-        # Factors are powers of 2 except 0, so that their order is their position.
+        # The factors are 0 and powers of 2, so they are evenly spaced on the axis.
         positions = fitness.assign_coords(factor=np.arange(len(labels)))
         generations = data["generation"].values.tolist()
         for generation, style in zip(generations, NEWBORN_STYLES, strict=False):

@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab.analysis.assays.values import parse_experiments, read_factors
 from baldwinlab.experiment.paths import short_name
 
-# The stored name of the unchanged setting.
+# Stored name of the settings with which the condition evolved.
 UNCHANGED_SETTING: Final = "as evolved"
 
 
@@ -69,12 +69,12 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[ReactionPanel
 
 
 def _find_evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:
-    """Return the value of a setting with which a condition evolved, as the assay writes it."""
+    """Return the value of a setting during evolution, in the format of the assay."""
     if field == "map":
         return map_name
     value: object = experiment
     for key in field.split("."):
-        # Items of a list have numbers as keys.
+        # The key of an item of a list is its index.
         value = _get_setting(value, key)
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
@@ -86,7 +86,7 @@ def _get_setting(value: object, key: str) -> object:
 
 
 def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataArray]:
-    """Return fitness (run) by value of a setting. Empty if the setting was not varied."""
+    """Return fitness (run) by value of a setting. It is empty if the setting was not varied."""
     fitness = data["energy"].mean("agent")
     norm = {}
     settings = zip(data["field"].values, data["value"].values, strict=True)
@@ -98,7 +98,7 @@ def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataA
 
 
 def _rank_value(value: str) -> tuple[float, str]:
-    """Return the order of a value: numbers by size, and texts by the alphabet at 0."""
+    """Return the sort key of a value. Texts are sorted like the number 0, then by the alphabet."""
     try:
         return float(value), value
     except ValueError:

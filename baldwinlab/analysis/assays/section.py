@@ -42,6 +42,7 @@ from baldwinlab.experiment.outcome import name_food_outcome
 from baldwinlab.papers.paper import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
+# Titles of the tables of criteria, by `Criterion.phase`.
 PHASE_TITLES: Final = {
     1: "Fitness with learning",
     2: "Innate fitness",
@@ -70,9 +71,7 @@ def make_section(
     inference: Inference | None = None,
     analysis: Analysis | None = None,
 ) -> Section:
-    """Make the section of a report on the stored assays.
-
-    Writes `baldwin.json`, `baldwin.csv` and the figures.
+    """Make the section on the stored assays, and write `baldwin.json`, `baldwin.csv` and figures.
 
     `analysis`: the analysis of `assays`, if it is already computed.
     """
@@ -115,7 +114,7 @@ def make_section(
 
 
 def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
-    """Return a description of each condition and its headline."""
+    """Return a description and a headline by condition: ("map A (evo)", "learning raises ...")."""
     return {
         result.condition: (
             sentences.describe_condition(result),
@@ -126,7 +125,6 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
 
 
 def _summarize(analysis: Analysis) -> str:
-    """Return the summary of the section."""
     texts = [
         f"On {condition}: {headline}"
         for condition, headline in _compose_headlines(analysis).values()
@@ -140,7 +138,7 @@ def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFig
     for assay, evaluation in load_evaluations().items():
         stored = assays.get(assay, {})
         names = [result.condition for result in analysis.results if result.condition in stored]
-        for figure in evaluation.figures if names else ():
+        for figure in evaluation.figures if names else ():  # None without a learner.
             medians = "; ".join(
                 f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
             )
@@ -156,7 +154,7 @@ def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFig
 
 
 def _tabulate_medians(datasets: Stored) -> list[dict[str, Any]]:
-    """Return the data of a figure: medians over runs with their intervals, by condition."""
+    """Return the data of a figure: medians over runs with intervals, by condition and quantity."""
     return [
         {"condition": condition, "quantity": name, **row}
         for condition, data in datasets.items()
@@ -195,6 +193,7 @@ def _tabulate_answers(analysis: Analysis, phase: int | None, title: str) -> Tabl
 def _answer_cells(result: ConditionResult, answer: Answer) -> list[Any]:
     verdict = add_detail(badge(answer.label), result.condition)
     if answer.numbers is None:
+        # The first cell of numbers has the reason instead.
         dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
         return [verdict, add_detail("", "not measured, or undefined in every run"), *dashes]
     omitted = f"without {answer.left_out} runs in which it is undefined" if answer.left_out else ""
@@ -236,11 +235,11 @@ def _tabulate_all_numbers(analysis: Analysis) -> Table:
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the numbers of all conditions, with one row per quantity."""
+    """Return a row per quantity: "measure", "when", and "numbers" by condition."""
     rows: dict[tuple[str, str], dict[str, Number]] = {}
     for number in analysis.numbers:
         rows.setdefault((number.measure, number.when), {})[number.condition] = number
-    # Rows of a measure are next to each other, in the order in which measures first occur.
+    # Rows of a measure are next to each other, because the sort keeps the order of equal keys.
     order = list(dict.fromkeys(measure for measure, _ in rows))
     rows = dict(sorted(rows.items(), key=lambda row: order.index(row[0][0])))
     return [
@@ -250,7 +249,10 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def tabulate_effects(analysis: Analysis, table: EffectTable) -> list[dict[str, Any]]:
-    """Return rows of condition, time ("start"), measure and numbers, if all numbers are known."""
+    """Return a row per condition, time ("start") and measure that has all numbers of a table.
+
+    The entry "numbers" is in the order of the columns of the table.
+    """
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers
     }

@@ -16,7 +16,7 @@ from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.papers.paper import Inference
 
-# Signs of a difference.
+# Words for the sign of a difference a - b.
 MORE: Final = "more"
 LESS: Final = "less"
 SAME: Final = "the same"
@@ -40,7 +40,7 @@ PHASE_2_ADDITIONS: Final = {
 
 
 def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
-    """Return one or two sentences on each measured part of a condition."""
+    """Return one or two sentences on each measured aspect of a condition."""
     return [
         *_describe_gain(analysis, result),
         *_describe_drift(result),
@@ -238,7 +238,7 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
 
 
 def _difference_sign(answer: Answer) -> str:
-    """Return the sign of the difference, whatever the criterion asks for."""
+    """Return the sign of a significant difference in words, for either rule of a criterion."""
     if answer.numbers is None or answer.verdict == UNDECIDED:
         return UNDECIDED
     if answer.numbers.effect == 0:
@@ -260,14 +260,14 @@ def _note_insignificance(answer: Answer) -> str:
 
 
 def describe_condition(result: ConditionResult) -> str:
-    """Return the map and the learner of a condition, or its name if it has no map."""
+    """Return "map A (evo+self-taught)", or the name of a condition without a map."""
     learner = result.factors.learner
     map_name = result.factors.map
     return f"map {map_name} ({learner})" if map_name else result.condition
 
 
 def _describe_phases(result: ConditionResult) -> str:
-    """Return whether learning raises fitness, and whether innate fitness and its share rise."""
+    """Return the verdicts of both phases in words, without a period."""
     first_phase = result.phase_verdict(1)
     second_phase = result.phase_verdict(2)
     has_no_innate_rise = second_phase in (NO, NOT_MEASURABLE)

@@ -1,8 +1,8 @@
-"""Values of the stored assays, with one value per run.
+"""Types and functions that the evaluations of all assays share.
 
-The value of a run is an
-average over its agents and, if the assay has generations, over its first or last generations.
-Fitness is the variable `energy`: for MiniWorld, the energy of the items that an agent eats.
+A quantity of an assay has one value per run: an average over the agents and, if the assay has
+generations, over a window of generations. Fitness is the variable `energy`: for MiniWorld, the
+energy of the items that an agent eats.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
 
-# Datasets of an assay by condition, and of all assays by name.
+# Datasets of one assay by condition, and of all assays: `assays["innate"]["evo/A"]`.
 Stored = Mapping[str, xr.Dataset]
 Assays = Mapping[str, Stored]
-# A measure with its time or its agents, such as ("off", "last") or ("first meal", "evolved").
+# A measure, and the time or the agents: ("off", "last") or ("first meal", "evolved").
 Quantity = tuple[str, str]
-# The stored name of newborns with random genomes.
+# Label of newborns with random genomes on the coordinate `newborns`.
 RANDOM_NEWBORNS: Final = "random genome"
 
 
 def parse_experiments(assays: Assays) -> dict[str, Experiment]:
-    """Return the experiment of every condition with a stored assay."""
+    """Return the experiment of every condition with a stored assay, by condition."""
     datasets = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
         name: from_toml(data.attrs["experiment"], source=f"the experiment of {name}", lenient=True)
@@ -35,20 +35,20 @@ def parse_experiments(assays: Assays) -> dict[str, Experiment]:
 
 
 def read_factors(data: xr.Dataset) -> Factors:
-    """Return the factors of the condition of an assay."""
+    """Return the factors of the condition of an assay: learner, map and variant."""
     return Factors(*(data.attrs[name] for name in Factors._fields))
 
 
 def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return the distance between the weights at birth and at death.
+    """Return mean distances over agents (run, generation) between the weights at birth and death.
 
-    Returns means over agents (run, generation), for all weights and for each layer. Empty if the
-    model has no weights.
+    The key "distance" is for all weights, and "distance, LAYER" for a layer. The dictionary is
+    empty if the model has no weights.
     """
     if "distance" not in innate:
         return {}
     distance = innate["distance"]
-    # The layers are parts of one vector of weights.
+    # The layers are parts of one vector, so the squares add up. Without a value, the sum is NaN.
     total_distance = (distance**2).sum("layer", min_count=1) ** 0.5
     layer_distances = {
         f"distance, {layer}": distance.sel(layer=layer).mean("agent")
@@ -58,17 +58,17 @@ def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def drop_labels(values: xr.DataArray) -> xr.DataArray:
-    """Return values (run) without coordinates other than `run`, which `xr.align` requires."""
+    """Return values (run) with only the coordinate `run`. `xr.align` needs this coordinate."""
     return values.drop_vars(set(values.coords) - {"run"})
 
 
 def compute_share(part: xr.DataArray, total: xr.DataArray) -> xr.DataArray:
-    """Return part / total, or NaN if the total is 0."""
+    """Return part / total, or NaN if the total is not above 0."""
     return part / total.where(total > 0)
 
 
 def parse_generation(newborns: str) -> int:
-    """Return the generation at the end of a name of newborns."""
+    """Return the generation at the end of a name of newborns: "generation 99" -> 99."""
     return int(newborns.split()[-1])
 
 
@@ -76,7 +76,7 @@ def find_learning_conditions(
     assays: Assays, experiments: Mapping[str, BaseExperiment]
 ) -> list[str]:
     """Return the conditions that evolve and learn, among the experiments of stored assays."""
-    # Only a condition that evolves and learns is compared with its control.
+    # Assays compare only a condition that evolves and learns with a control.
     compared = {
         name
         for stored in assays.values()
@@ -94,8 +94,8 @@ def find_learning_conditions(
 def evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
     """Return whether a condition evolves and learns.
 
-    A model other than MiniWorld may not be loaded. Then the stored assay `innate` shows whether the
-    condition learns.
+    For a model other than MiniWorld, the stored assay `innate` decides, because the model may not
+    be loaded. Without learning, the fitness with learning on is NaN.
     """
     if experiment.evolution.inheritance == "none":
         return False

@@ -31,7 +31,7 @@ from baldwinlab.analysis.figures.curves import (
 from baldwinlab.analysis.figures.style import SeriesStyle, styled
 from baldwinlab.experiment.toml import from_toml
 
-# Number of time steps to which a meal rate refers.
+# A meal rate is the number of items eaten in this number of steps.
 RATE_STEPS: Final = 100
 
 
@@ -42,7 +42,7 @@ def count_steps(within_life: xr.Dataset) -> int:
 
 
 def name_latest_newborns(within_life: xr.Dataset) -> str:
-    """Return the name of the newborns of the latest measured generation, or ""."""
+    """Return the name of the latest measured newborns, for example "generation 99", or ""."""
     names = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
     return max(names, key=parse_generation, default="")
 
@@ -59,12 +59,13 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
             continue
         newborns = data.sel(newborns=name)
         eaten = newborns["eaten_in_window"].mean("agent")
+        # A window without a value would count as 0 in a sum.
         is_complete = eaten.notnull().all("window")
         first_meal = newborns["first_meal"]
         yield ("eaten in life", agents), eaten.sum("window").where(is_complete)
         yield ("eaten in the first part of life", agents), eaten.isel(window=0)
         yield ("eaten in the last part of life", agents), eaten.isel(window=-1)
-        # The first meal of an agent that never eats is the end of its lifetime.
+        # An agent that never eats counts with the number of steps of a lifetime.
         yield ("first meal", agents), first_meal.fillna(n_steps).mean("agent").where(is_complete)
         yield ("ever ate", agents), first_meal.notnull().mean("agent").where(is_complete)
 
@@ -96,7 +97,7 @@ def draw_within_life(stored: Stored, names: Sequence[str], unit: str) -> Figure:
 def _draw_first_meals(
     axes: Axes, first_meals: np.ndarray, n_steps: int, style: SeriesStyle
 ) -> None:
-    """Draw the share of agents that have eaten, by step."""
+    """Draw the fraction of agents that have eaten, by step. The line starts at 0."""
     # An agent that never eats has no first meal (NaN).
     times = np.sort(first_meals[np.isfinite(first_meals)])
     shares = np.arange(1, times.size + 1) / first_meals.size

@@ -1,6 +1,6 @@
 """Claims of the atlas: each function evaluates one claim on the confirmatory runs.
 
-A function returns None if the atlas has too few cells or runs for the claim.
+A function returns a verdict and the deciding numbers as a text. Too few cells give "undecided".
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ COSTS: Final = {
 STEP: Final = "slope_climbers.learning_step"
 CURVATURE: Final = "slope_climbers.curvature"
 REGIME_SLOPES: Final = {"optimum-constant": 1, "optimum-mutation": 0, "optimum-rare": -1}
-"""Predicted slope of log mismatch on log 1 / (1 - a), by map."""
+"""Predicted slope of log mismatch on log 1 / (1 - a), by map. a is the learned share."""
 
 
 class AtlasEvaluation(NamedTuple):
@@ -81,7 +81,9 @@ def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasCla
     return results
 
 
+# A verdict, and the numbers that decide.
 Decision = tuple[Verdict, str]
+# Limits of a claim by name, for example {"error": 0.07}.
 Bounds = Mapping[str, float]
 
 
@@ -90,7 +92,7 @@ def _decide(holds: bool) -> Verdict:
 
 
 def _evaluate_balance(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X1: the residual share of ? on the needle."""
+    """Evaluate X1: the residual share of undefined alleles ? on the needle."""
     needle = maps["needle"]
     measured = needle[MEASURE_PREFIX + "unset"].mean("run")
     success = needle[MEASURE_PREFIX + "succeeded"].mean("run")
@@ -113,7 +115,7 @@ def _evaluate_balance(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X2: the cost of the highest assimilation."""
+    """Evaluate X2: the cost at which assimilation is highest."""
     sentences = []
     n_interior = 0
     present = {name: field for name, field in COSTS.items() if name in maps}
@@ -125,7 +127,7 @@ def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
             sentences.append(f"{name}: A is not defined at every cost")
             continue
         best = int(means.values.argmax())
-        gains = [estimate_mean(by_cost[best] - by_cost[end]) for end in (0, -1)]
+        gains = [estimate_mean(by_cost[best] - by_cost[end]) for end in (0, -1)]  # Both ends.
         is_interior = 0 < best < means.size - 1 and all(gain.low > 0 for gain in gains)
         n_interior += is_interior
         sentences.append(
@@ -136,7 +138,7 @@ def _evaluate_interior_cost(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_cost_of_bits(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X3: residual learning against the cost, by selection."""
+    """Evaluate X3: residual learning against the cost, by selection scheme."""
     bits = maps["nk"][MEASURE_PREFIX + "changed"].mean(K)
     paid = bits.sel({NK_COST: bits[NK_COST] > 0})
     if paid.sizes[NK_COST] < 2:
@@ -159,7 +161,7 @@ def _evaluate_gain(maps: Maps, bounds: Bounds) -> Decision:
     """Evaluate X4: the sign of the innate response on smooth slopes."""
     slope = maps["slope"].sel({SELECTION: ROULETTE})
     response = slope["innate_response"].mean("run")
-    # log g(x) is a constant plus step * curvature * x.
+    # The gain g from learning at the trait x: log g(x) is a constant plus step * curvature * x.
     change = (slope[STEP] * slope[CURVATURE]).broadcast_like(response)
     is_tested = (change != 0) & response.notnull()
     agrees = (np.sign(response) == np.sign(change)).where(is_tested)
@@ -181,10 +183,10 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
     holds = True
     for name, predicted in REGIME_SLOPES.items():
         mismatch = maps[name][MEASURE_PREFIX + "mismatch"].sel({SPEED: maps[name][SPEED] > 0})
-        # One of the maps has costs. The predicted slopes are those without a cost.
+        # The predicted slopes apply without a cost, but one of the maps varies the cost.
         mismatch = mismatch.sel({COSTS[name]: 0}) if name in COSTS else mismatch
         log_mismatch = xr.DataArray(np.log(mismatch)).mean(SPEED)
-        strength = -np.log(1 - mismatch[SHARE].values)
+        strength = -np.log(1 - mismatch[SHARE].values)  # log 1 / (1 - a)
         slope = estimate_slope(strength, log_mismatch, SHARE)
         holds &= max(abs(slope.low - predicted), abs(slope.high - predicted)) <= bounds["slope"]
         sentences.append(f"{name}: slope {slope}, predicted {predicted}")
@@ -192,11 +194,12 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X6: the cost at which a learning allele is common in half of the agents."""
+    """Evaluate X6: the cost at which half of the agents have the learning allele."""
     forager = maps["forager"]
     cost = COSTS["forager"]
     frequency = forager[MEASURE_PREFIX + "learners"].mean("run")
     threshold = predict_threshold(forager)
+    # The pairs of persistences, between and within lives.
     pairs = [dim for dim in frequency.dims if dim != cost]
     errors = []
     for key, curve in frequency.stack(pair=pairs).groupby("pair"):
@@ -207,7 +210,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
         errors.append(_find_crossing(costs, curve.values.ravel()) - predicted)
     if not errors:
         return UNDECIDED, "No threshold is between the tested costs."
-    largest = float(np.max(np.abs(np.nan_to_num(errors, nan=np.inf))))
+    largest = float(np.max(np.abs(np.nan_to_num(errors, nan=np.inf))))  # NaN: no crossing.
     n_close = int((np.abs(errors) <= bounds["cost"]).sum())
     numbers = (
         f"{n_close} of {len(errors)} thresholds are within {bounds['cost']}; the largest error is "
@@ -217,7 +220,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _find_crossing(costs: Any, frequencies: Any) -> float:
-    """Return the first cost at which the frequency falls through 1/2, by interpolation."""
+    """Return the first cost at which the frequency falls through 1/2, interpolated, or NaN."""
     for index in range(len(costs) - 1):
         before, after = frequencies[index], frequencies[index + 1]
         if before >= 0.5 > after:
@@ -248,7 +251,7 @@ def _evaluate_correlation(maps: Maps, bounds: Bounds) -> Decision:
 
 
 def _evaluate_order(maps: Maps, bounds: Bounds) -> Decision:
-    """Evaluate X8: the order of the models by P and by A."""
+    """Evaluate X8: the order of the models by selection ratio P and by assimilation A."""
     means = {
         name: (float(data["selection_ratio"].mean()), float(data["assimilation"].mean()))
         for name, data in maps.items()
@@ -269,9 +272,11 @@ def _evaluate_fixation(maps: Maps, bounds: Bounds) -> Decision:
         np.vectorize(lambda trials: selection_against_unset(1, trials)), unset[TRIALS]
     )
     products = (unset["population.size"] * selection).stack(cell=["population.size", TRIALS])
+    # Fraction of runs without an undefined allele.
     lost = (unset == 0).mean("run").stack(cell=["population.size", TRIALS])
-    is_above = products >= 2 * bounds["product"]
+    is_above = products >= 2 * bounds["product"]  # Products near the bound are not tested.
     is_below = products <= bounds["product"] / 2
+    # `where` replaces the other cells by a value that satisfies the condition.
     holds = bool((lost.where(is_above, 1) > 0.5).all() and (lost.where(is_below, 0) < 0.5).all())
     numbers = "; ".join(
         f"N s(1) = {float(product):.2g}: {float(share):.0%} of the runs have lost it"
@@ -325,4 +330,4 @@ EVALUATIONS: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Maps, Bounds], 
     "X9": (("needle-size",), _evaluate_fixation),
     "X10": (("nk",), _evaluate_fork),
 }
-"""Maps that each claim needs, and its function."""
+"""Names of the needed maps, and the function, by id of the claim."""

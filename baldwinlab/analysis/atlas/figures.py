@@ -31,10 +31,10 @@ LAW_STYLE: Final = EstimateStyle(BLUE, size=3, width=0.8)
 PANEL_WIDTH: Final = 3.4
 PANEL_HEIGHT: Final = 2.7
 MAX_LABEL: Final = 44
-# Panels in a row, and height of a row, of the figure of the laws.
+# Figure of the laws: number of panels in a row, and height of a row in inches.
 LAW_COLUMNS: Final = 4
 LAW_HEIGHT: Final = 2.4
-# In characters.
+# Largest number of characters in a line of a panel's title.
 LAW_TITLE_WIDTH: Final = 24
 
 
@@ -64,11 +64,9 @@ class LawPoints(NamedTuple):
 
 @styled
 def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | None) -> Figure:
-    """Draw the assimilation A for each pair of axes of a map.
+    """Draw the assimilation A for each pair of axes of a map, or the innate response I without A.
 
-    If A is not defined in any cell, the innate response I is drawn.
-
-    The figure has one panel per pair, averaged over the runs and the other axes.
+    A panel has the means over the runs and the other axes. `axes_labels`: label of each field.
     """
     outcome = choose_outcome(outcomes)
     values = outcomes[outcome.name].mean("run")
@@ -85,12 +83,12 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
                 axes, averaged.broadcast_like(values.mean(other_axes)).transpose(row, column)
             )
         axes.set(xlabel=_shorten(axes_labels[column]), ylabel=_shorten(axes_labels[row]))
-    figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)
+    figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)  # For all panels.
     return figure
 
 
 def choose_outcome(outcomes: xr.Dataset) -> ShownOutcome:
-    """Return the outcome that the cells of a map show: A, or I if A is not defined in any cell."""
+    """Return the outcome that the cells of a map show: A, or I if all values of A are NaN."""
     if bool(outcomes["assimilation"].notnull().any()):
         return ShownOutcome("assimilation", "assimilation A", *SHARE_RANGE)
     largest = float(np.abs(outcomes["innate_response"].mean("run")).max())
@@ -102,7 +100,6 @@ def _shorten(label: str) -> str:
 
 
 def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> AxesImage:
-    """Draw the values as colored cells with numbers."""
     texts = np.vectorize(format_cell)(cells.values)
     limits = (outcome.low, outcome.high)
     image = draw_cells(axes, cells.values, texts, limits=limits, is_upward=True)
@@ -127,8 +124,8 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 
 @styled
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
-    """Draw measured residual learning against the unfitted law, with the line of equality."""
-    figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)
+    """Draw measured residual learning against the law, with the line of equality."""
+    figure, panels = make_panels(len(points), LAW_COLUMNS, LAW_HEIGHT, 0)  # Without a legend.
     for axes, group in zip(panels.flat, points, strict=False):
         _draw_law(axes, group)
     return figure

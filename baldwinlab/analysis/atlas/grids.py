@@ -1,6 +1,6 @@
 """Grids of the cells of a map for the page: colored cells with links to their curves.
 
-The curves of a cell are inline SVG. A run is drawn generation by generation when it is shown.
+The curves of a cell are inline SVG. The page draws the first run as an animation.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from baldwinlab.analysis.figures.charts import CIVIDIS
 from baldwinlab.analysis.palette import PALE, choose_text_color
 from baldwinlab.analysis.report.tables import Table
 
+# Short names of the outcomes in a cell.
 LETTERS: Final = {
     "assimilation": "A",
     "innate_response": "I",
@@ -37,6 +38,7 @@ LETTERS: Final = {
     "fork_history": "history",
     "fork_regime": "regime",
 }
+# Size of a panel of curves, and the margin of the curves, in units of the SVG.
 WIDTH: Final = 420
 HEIGHT: Final = 130
 MARGIN: Final = 6
@@ -51,7 +53,7 @@ def describe_cells(
     values: Sequence[xr.Dataset],
     law: Law | None,
 ) -> list[dict[str, Any]]:
-    """Return the template values of each cell, in the order of the points."""
+    """Return the template values of each cell. `values`: variables of `reduce_cell` by cell."""
     measured = law.measured(outcomes).mean("run") if law else None
     predicted = (
         law.predict(outcomes).broadcast_like(measured) if law and measured is not None else None
@@ -103,7 +105,7 @@ def arrange_grids(
         other_settings = dict(zip(other_axes, fixed, strict=True))
         groups = []
         for row in outcomes[rows].values.tolist():
-            # The order of the fields is that of the settings of a cell.
+            # The tuples are equal only if the fields have the order of the settings of a cell.
             keys = [{rows: row, columns: column, **other_settings} for column in column_values]
             links = [by_settings[tuple(settings.items())] for settings in keys]
             groups.append((format_label(row), [links]))
@@ -135,7 +137,7 @@ class CurvePanel(NamedTuple):
     # Range of the vertical axis.
     low: float
     high: float
-    # "kind" ("run", "mean", "control" or "replay") and "points" of each line.
+    # "kind" ("mean", "control" or "replay") and "points" of each line.
     lines: list[dict[str, Any]]
 
 
@@ -168,7 +170,8 @@ def _draw_panel(
 
 
 def _project(generations: Floats, curve: Floats, low: float, high: float) -> str:
-    """Return the points of a polyline."""
+    """Return the points of a polyline, for example "6,124 414,6"."""
+    # A constant curve has the range 0, and `or 1.0` avoids a division by 0.
     length = generations[-1] - generations[0] or 1.0
     x = MARGIN + (WIDTH - 2 * MARGIN) * (generations - generations[0]) / length
     y = HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (curve - low) / ((high - low) or 1.0)

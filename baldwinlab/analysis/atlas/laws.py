@@ -1,4 +1,7 @@
-"""Laws of the maps: predictions without fitted parameters, at each cell of a map."""
+"""Laws of the atlas: predictions without fitted parameters for each cell of a map.
+
+A map is a grid over settings of a model. A cell is one combination of these settings.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from baldwinlab.analysis.theory.moving_optimum import (
 )
 from baldwinlab.analysis.theory.needle import balance_of_unset
 
-# Settings of the maps that no axis varies. A test compares them with the files of the maps.
+# Settings of the maps that no axis varies. A test compares these values with the files of maps.
 BITS: Final = 16
 BIT_MUTATION_RATE: Final = 1 / 32
 BIT_TRIALS: Final = 30
@@ -37,8 +40,8 @@ class Law(NamedTuple):
     """A law of a map."""
 
     quantity: str  # The predicted quantity, with its unit.
-    measure: str  # Measure of the model that the law predicts.
-    # Function of the outcomes of a map. It returns the prediction at each cell.
+    measure: str  # Name of the measure of the model that the law predicts.
+    # Function of the outcomes of a map. It returns the prediction for each cell.
     predict: Callable[[xr.Dataset], xr.DataArray]
 
     def measured(self, data: xr.Dataset) -> xr.DataArray:
@@ -47,14 +50,14 @@ class Law(NamedTuple):
 
 
 def _vectorize(data: xr.Dataset, fields: Sequence[str], law: Callable[..., float]) -> xr.DataArray:
-    """Return `law` at each combination of the values of some fields."""
+    """Return `law(*values)` for each combination of the values of `fields`, in this order."""
     coordinates = xr.broadcast(*(data[field] for field in fields))
     values: xr.DataArray = xr.apply_ufunc(np.vectorize(law, otypes=[float]), *coordinates)
     return values
 
 
 def _predict_unset(data: xr.Dataset) -> xr.DataArray:
-    """Return the share of ? on the needle."""
+    """Return the share of undefined alleles ? on the needle. The period 0 means no change."""
     return _vectorize(
         data,
         ["moving_needle.cost_of_trials", "moving_needle.period"],
@@ -63,33 +66,34 @@ def _predict_unset(data: xr.Dataset) -> xr.DataArray:
 
 
 def _predict_bits(data: xr.Dataset) -> xr.DataArray:
-    """Return the number of bits that mutation breaks and learning restores, at any K and cost."""
+    """Return the number of bits that mutation breaks and learning restores, equal in all cells."""
     n_bits = mutation_supply(BITS, BIT_MUTATION_RATE, BIT_TRIALS)
     return xr.full_like(data["nk_climbers.cost_per_bit"], n_bits)
 
 
 def _predict_mismatch(data: xr.Dataset, variance: Callable[[float], float]) -> xr.DataArray:
-    """Return the distance to the optimum after learning, for a variance that depends on V_L."""
+    """Return the mismatch after learning. `variance` is a function of the squared width V_L."""
 
     def predict(speed: float, share: float, cost: float) -> float:
         width_squared = selection_variance(PEAK_WIDTH, share, cost)
         return steady_mismatch(speed, share, PEAK_WIDTH, variance(width_squared), cost)
 
     prefix = "moving_optimum."
+    # Only some maps vary the cost.
     costs = data.get(f"{prefix}cost", xr.DataArray(0.0))
     data = data.assign_coords({"cost": costs})
     return _vectorize(data, [f"{prefix}speed", f"{prefix}learned_share", "cost"], predict)
 
 
 def _predict_learners(data: xr.Dataset) -> xr.DataArray:
-    """Return 1 where learning costs less than c*, else 0."""
+    """Return 1 where learning costs less than the threshold c*, else 0."""
     prefix = "two_state_forager."
     threshold = predict_threshold(data)
     return (data[f"{prefix}cost"] < threshold).astype(float)
 
 
 def predict_threshold(data: xr.Dataset) -> xr.DataArray:
-    """Return the cost c* of learning at each pair of persistences."""
+    """Return the cost c* of learning for each pair of persistences, between and within lives."""
     prefix = "two_state_forager."
     fields = [f"{prefix}between_persistence", f"{prefix}within_persistence"]
     return _vectorize(data, fields, partial(cost_threshold, steps=LIFE_STEPS))
@@ -107,6 +111,7 @@ def _predict_unset_with_drift(data: xr.Dataset) -> xr.DataArray:
 
 def _predict_explorers(data: xr.Dataset) -> xr.DataArray:
     """Return 1 where exploration pays, else 0."""
+    # In the order of the fields of `Bandit`.
     prefix = "bandit_explorers."
     return _vectorize(
         data,

@@ -3,10 +3,10 @@
 | variable | dimensions | meaning |
 |---|---|---|
 | distance | run, generation | mean distance that learning covers |
-| innate_trait, control_innate_trait | run, generation | mean innate trait by learning |
+| innate_trait, control_innate_trait | run, generation | mean innate trait of learners, controls |
 | selection_on, selection_off | run, generation | selection differentials of the innate trait |
 | fitness, control_fitness | run, generation | mean fitness of the agents |
-| founder_mean, founder_square | run | mean innate trait of founders, and mean of its square |
+| founder_mean, founder_square | run | mean, and mean square, of the founders' innate trait |
 | branch_innate_fitness | run, history, regime | mean innate fitness at the end of the fork |
 | measure: NAME | run | a measure of the model |
 """
@@ -34,9 +34,9 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.measures import measure_runs
 
 MEASURE_PREFIX: Final = "measure: "
-# Generations in the first and in the last window, of the measured generations.
+# Number of measured generations in the first and in the last window.
 N_WINDOW: Final = 3
-# Sum of selection differentials below which the selection without learning is rounding, in SD.
+# Smallest sum of selection differentials without learning, in SD. A smaller sum is rounding error.
 MIN_SELECTION: Final = 1e-6
 # Share of the final assimilation that ends the time t90.
 PLATEAU_SHARE: Final = 0.9
@@ -64,12 +64,13 @@ class CellData(NamedTuple):
 
 
 def reduce_cell(cell: CellData) -> xr.Dataset:
-    """Return the variables of the table above, means over agents."""
+    """Return the variables of the table at the top of this module."""
     generations = cell.innate["generation"]
     learners, controls = (
         data.sel(generation=generations) for data in (cell.learners, cell.controls)
     )
     trait = select_innate_trait(cell.learners, cell.innate, cell.experiment)
+    # Controls do not learn, so the fitness of a control is innate.
     control_trait = controls["energy"]
     model = cell.experiment.loaded_model
     if model is not None and trait.name != INNATE_FITNESS:
@@ -100,8 +101,8 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
 def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     """Return the variables of `OUTCOMES` (run), NaN where an outcome is not defined."""
     undefined = cell["founder_mean"] * np.nan
-    last = {"generation": slice(-N_WINDOW, None)}
-    # Founders of a clonal run do not vary, so their variance includes that between runs.
+    last = {"generation": slice(-N_WINDOW, None)}  # Indices of measured generations.
+    # Clonal founders do not vary within a run, so the variance includes differences between runs.
     variance = cell["founder_square"].mean("run") - cell["founder_mean"].mean("run") ** 2
     sd = variance.clip(min=0) ** 0.5
     difference = (cell["innate_trait"] - cell["control_innate_trait"]).isel(last).mean("generation")
@@ -123,22 +124,25 @@ def _selection_ratio(cell: xr.Dataset) -> xr.DataArray:
     """Return the sum of S_on over the generations, divided by that of S_off (run)."""
     differentials = xr.Dataset({"on": cell["selection_on"], "off": cell["selection_off"]})
     is_selected = differentials["off"].sum("generation") > MIN_SELECTION
+    # `relative_difference` is the ratio minus 1.
     return (relative_difference(differentials) + 1).where(is_selected)
 
 
 def _as_fork(cell: xr.Dataset) -> xr.Dataset:
-    """Return the branches as an assay of one agent, the mean of all agents."""
+    """Return the branches as an assay `fork` of one agent with the mean of all agents."""
+    # `compute_effects` also requires "fitness", but only the effects on innate fitness are used.
     innate_fitness = cell["branch_innate_fitness"].expand_dims("agent")
     return xr.Dataset({"innate_fitness": innate_fitness, "fitness": innate_fitness})
 
 
 def _assimilation(cell: xr.Dataset) -> xr.DataArray:
+    # `measure_assimilation` also counts the generations between the measured generations.
     interval = int(cell["generation"][1] - cell["generation"][0])
     return measure_assimilation(cell["distance"], N_WINDOW * interval)
 
 
 def _time_to_plateau(distance: xr.DataArray) -> xr.DataArray:
-    """Return the first generation with 90 % of the final assimilation (run), NaN without any."""
+    """Return the first generation (run) with 90 % of the final assimilation. NaN without a fall."""
     first = distance.isel(generation=0)
     fall = first - distance.isel(generation=slice(-N_WINDOW, None)).mean("generation")
     has_fallen = (first - distance >= PLATEAU_SHARE * fall) & (fall > 0)

@@ -65,6 +65,7 @@ def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
     defined = defined[np.isfinite(defined)]
     if defined.size < 2:
         return False
+    # All differences are 0, so that the t test is undefined.
     if not defined.any():
         return bound > 0
     tests = (
@@ -75,7 +76,7 @@ def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
 
 
 def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield the values of the swept fields of each cell, in the order of the points."""
+    """Yield the values of the swept fields of each cell, with the last field varying fastest."""
     fields = outcomes.attrs["fields"]
     for values in product(*(outcomes[field].values.tolist() for field in fields)):
         yield dict(zip(fields, values, strict=True))
@@ -92,10 +93,10 @@ def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
-    """Return a row per cell and outcome, with the mean over runs and its 95 % interval.
+    """Return a row per cell and outcome with `COLUMNS`: the mean over runs with its 95 % interval.
 
-    `law`: law of the map. The outcome "residual" is the predicted quantity. Returns rows with
-    `COLUMNS`.
+    With a law, a further outcome "residual" is the measured quantity that the law predicts. The
+    prediction is in the column "law".
     """
     values = {outcome: outcomes[outcome] for outcome in OUTCOMES}
     prediction = None

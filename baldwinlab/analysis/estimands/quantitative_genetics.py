@@ -1,16 +1,16 @@
 """Quantitative genetics of stored generations: selection, Price's equation and heritability.
 
 The standardized selection differential is the covariance of relative fitness and trait, in units of
-the trait's standard deviation. It is the change of the mean trait by selection, before inheritance
-and mutation. Learning guides selection if the differential is larger with learning than without,
-and hides innate differences from selection if it is smaller.
+the trait's standard deviation. This is the change of the mean trait by selection, before
+inheritance and mutation. Learning guides selection if the differential is larger with learning than
+without. Learning hides innate differences from selection if the differential is smaller.
 
-Price's equation with the realized numbers of offspring W is an identity:
+Price's equation with the realized numbers of offspring W and the next generation z' is an identity:
 
     mean z' - mean z = Cov(W, z) / mean W + E(W (z_child - z)) / mean W
 
-The first term is split by expected numbers of offspring, with learning off and on. The rest of it
-is the sampling of parents, which is drift.
+The first term is split by expected numbers of offspring, with learning off and on. The remainder
+of the first term is drift, because parents are drawn at random.
 
 References
 ----------
@@ -42,20 +42,20 @@ from baldwinlab.analysis.estimands.expected_offspring import RANK_SCHEMES, expec
 from baldwinlab.experiment import BaseExperiment
 
 PARTS: Final = ("selection without learning", "added by learning", "drift", "transmission")
-# A standard deviation below this share of the largest absolute value is rounding.
+# A standard deviation below this fraction of the largest absolute value is a rounding error.
 SMALLEST_RELATIVE_SD = 1e-9
 
 
 def count_offspring(parents: xr.DataArray) -> xr.DataArray:
-    """Return the realized number of offspring of each agent, whose mean is 1.
+    """Return the realized number of offspring of each agent. The mean over agents is 1.
 
-    `parents` (..., agent, parent) are those of the next generation. A child is half an offspring of
-    each of its two parents.
+    `parents` (..., agent, parent) are the two parents of each agent of the next generation. A child
+    counts 1/2 for each parent.
     """
 
     def count(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         slots = np.bincount(numbers.ravel(), minlength=len(numbers))
-        shares: npt.NDArray[np.float64] = slots / numbers.shape[-1]
+        shares: npt.NDArray[np.float64] = slots / numbers.shape[-1]  # 1/2 for each parent.
         return shares
 
     offspring: xr.DataArray = xr.apply_ufunc(
@@ -70,7 +70,7 @@ def count_offspring(parents: xr.DataArray) -> xr.DataArray:
 
 
 def mean_of_parents(trait: xr.DataArray, parents: xr.DataArray) -> xr.DataArray:
-    """Return the mean trait of the two parents (..., agent, parent) of each child."""
+    """Return the mean trait (..., agent) of the two parents (..., agent, parent) of each child."""
     means: xr.DataArray = xr.apply_ufunc(
         lambda values, numbers: values[numbers].mean(axis=-1),
         trait,
@@ -88,10 +88,10 @@ def pair_generations(
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Return the traits of parents and of their children, and the parents of the children.
 
-    Only those of the candidate generations are returned in which both have a trait. The coordinate
-    `generation` is that of the parents' generation.
+    A candidate generation is left out if it or the next generation has no trait. The coordinate
+    `generation` of all three arrays is the generation of the parents.
     """
-    # Sums of float32 values would be exact only to seven digits.
+    # Sums of float32 values would have only seven exact digits.
     trait = trait.astype(np.float64)
     numbers = set(trait["generation"].values.tolist())
     starts = [start for start in candidates.values.tolist() if {start, start + 1} <= numbers]
@@ -117,11 +117,11 @@ def partition_change(
     with learning off and on may lack generations. The result has "change" and the four parts of
     `PARTS`, which add up to the change:
 
-    - selection without learning: Cov(w_off, z) / mean w_off, w_off expected.
-    - added by learning: the same with w_on, minus the first part.
-    - drift: the same with the realized number of offspring, minus that with w_on.
-    - transmission: mean over children of z minus the mean of the parents' z, which is
-      E(W (z_child - z)) / mean W with the realized number of offspring W.
+    - selection without learning: Cov(w_off, z) / mean w_off, with expected offspring w_off.
+    - added by learning: Cov(w_on, z) / mean w_on minus the first part.
+    - drift: Cov(W, z) / mean W with realized offspring W, minus Cov(w_on, z) / mean w_on.
+    - transmission: mean over children of z minus the mean of the parents' z. This is
+      E(W (z_child - z)) / mean W.
     """
     before, after, parents_after = pair_generations(trait, parents, offspring_off["generation"])
     starts = before["generation"]
@@ -149,7 +149,7 @@ def covariance(weights: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
 
 
 def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
-    """Return a differential in units of the trait's SD over agents; NaN where it does not vary."""
+    """Return a differential in units of the trait's SD over agents, or NaN for a constant trait."""
     sd = trait.std("agent")
     smallest_sd = SMALLEST_RELATIVE_SD * abs(trait).max("agent")
     return differential / sd.where(sd > smallest_sd)
@@ -158,10 +158,10 @@ def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray
 def compute_differentials(
     innate: xr.Dataset, trait: xr.DataArray, experiment: BaseExperiment
 ) -> xr.Dataset:
-    """Compute the selection differentials with learning "on" and "off", and their "difference".
+    """Compute selection differentials (run, generation): "on", "off", and "difference" (on - off).
 
     S = Cov(w / mean w, z) / SD(z) (Robertson 1966; Lande and Arnold 1983). The fitness w is the
-    expected number of offspring of an agent under the selection scheme of the experiment, from its
+    expected number of offspring of an agent under the selection scheme of the experiment, from the
     fitness with learning on or off in the assay `innate`. The innate trait z is (run, generation,
     agent).
     """
@@ -174,15 +174,15 @@ def compute_differentials(
 
 
 def average_difference(differentials: xr.Dataset) -> xr.DataArray:
-    """Return the mean of S_on - S_off over the generations in which the trait varies (run)."""
+    """Return the mean (run) of S_on - S_off over the generations in which the trait varies."""
     return differentials["difference"].mean("generation")
 
 
 def relative_difference(differentials: xr.Dataset) -> xr.DataArray:
-    """Return the sum of S_on over the generations, divided by that of S_off, minus 1 (run).
+    """Return sum S_on / sum S_off - 1 (run), with the sums over the generations.
 
     The value is 0 if the same amount of selection acts with learning and without, and -1 if
-    no selection with learning acts on the trait. It is NaN if the sum of S_off is not above 0.
+    no selection with learning acts on the trait. The value is NaN if sum S_off is not above 0.
     """
     on, off = differentials["on"].sum("generation"), differentials["off"].sum("generation")
     return on / off.where(off > 0) - 1
@@ -200,11 +200,14 @@ def is_sign_informative(experiment: BaseExperiment, is_innate_fitness: bool) -> 
 def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Dataset:
     """Estimate the heritability of a trait, and compare the breeder's equation with the response.
 
-    h2 is the slope of the regression of children on the mean of their parents. It is NaN if the
+    h2 is the slope of the regression of children on the mean of their parents. h2 is NaN if the
     means of parents do not vary. The additive variance is V_A = h2 V_P, with the variance V_P of
     the trait in the parents' generation. The breeder's equation predicts the response R = h2 S,
     with S = Cov(W, z) / mean W and the realized number of offspring W. See Falconer and Mackay
     1996, chapters 10 and 11. `parents` are stored parents (run, generation, agent, parent).
+
+    Returns "heritability" h2, "additive variance" V_A, "differential" S, "predicted response" R and
+    the observed "response" (run, generation).
     """
     before, after, parents_after = pair_generations(trait, parents, trait["generation"])
     midparent = mean_of_parents(before, parents_after)
@@ -225,10 +228,10 @@ def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Data
 def correlate_distances(genotypes: xr.DataArray, phenotypes: xr.DataArray) -> xr.DataArray:
     """Return the correlation of distances between genotypes and between phenotypes.
 
-    It is the statistic of Mantel's test (1967): Pearson's correlation over all pairs of agents.
-    Mayley (1996) names a high correlation as a condition of genetic assimilation. For bits, the
-    squared Euclidean distance is the Hamming distance. The result is NaN if all distances are
-    equal.
+    The result is the statistic of Mantel's test (1967): Pearson's correlation over all pairs of
+    agents. Mayley (1996) names a high correlation as a condition of genetic assimilation. For bits,
+    the squared Euclidean distance is the Hamming distance. The result is NaN if either all genetic
+    or all phenotypic distances are equal.
     """
     correlation: xr.DataArray = xr.apply_ufunc(
         _correlate_pairs,

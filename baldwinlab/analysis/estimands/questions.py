@@ -1,6 +1,6 @@
-"""The questions on the Baldwin effect, and the estimand that answers each.
+"""The questions on the Baldwin effect, and the estimand that answers each question.
 
-Values have one sign convention: 0 means no effect, and a value above 0 means yes.
+An estimand has one value per run. 0 means no effect, and a value above 0 means yes.
 """
 
 from __future__ import annotations
@@ -37,13 +37,11 @@ Measurability = Literal["impossible", "not measurable", "measured"]
 IMPOSSIBLE: Final[Measurability] = "impossible"
 NOT_MEASURABLE: Final[Measurability] = "not measurable"
 MEASURED: Final[Measurability] = "measured"
-# Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
-# generation, 10 % of the selection without learning, 5 % of the learned distance and of the
-# learning time, and 2 % of the innate fitness of the better genomes.
-DIFFERENCE_BOUND: Final = 0.01
-RATIO_BOUND: Final = 0.1
-SHARE_BOUND: Final = 0.05
-FORK_BOUND: Final = 0.02
+# Bounds of equivalence, fixed before any result is known.
+DIFFERENCE_BOUND: Final = 0.01  # Standard deviations per generation.
+RATIO_BOUND: Final = 0.1  # Fraction of the selection without learning.
+SHARE_BOUND: Final = 0.05  # Fraction of the learned distance, or of the learning time.
+FORK_BOUND: Final = 0.02  # Fraction of the innate fitness of the better genomes.
 STANDARD_DEVIATIONS: Final = "standard deviations per generation"
 RELATIVE_INNATE_FITNESS: Final = "relative innate fitness"
 
@@ -105,7 +103,7 @@ class Estimand(NamedTuple):
     opposite : str
         Meaning of a value below 0.
     measure : callable
-        Function of the data of a condition.
+        Function that returns the `Estimate` of a condition from the `ConditionData`.
     """
 
     question: str
@@ -153,7 +151,7 @@ def _measure_selection(data: ConditionData) -> Estimate:
 def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate:
     if "fork" not in data.assays:
         return _missing_assay("fork")
-    fork = data.assays["fork"].isel(generation=[-1])
+    fork = data.assays["fork"].isel(generation=[-1])  # The list keeps the dimension.
     innate_fitness = fork["innate_fitness"]
     if innate_fitness.min() == innate_fitness.max():
         value = f"{float(innate_fitness.min()):g}"
@@ -161,7 +159,8 @@ def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate
         return Estimate(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
     without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
-    # For fitness of at least 0, the mean effect of history is then between -1 and 1.
+    # With the larger mean of both histories as the unit, the mean effect of the history is between
+    # -1 and 1 for fitness of at least 0.
     scale = abs(without_learning.mean(("run", "agent"))).max()
     values = effects / scale.where(scale > 0)
     return Estimate(MEASURED, definition, RELATIVE_INNATE_FITNESS, "1", values, FORK_BOUND)

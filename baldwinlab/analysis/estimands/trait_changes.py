@@ -1,4 +1,4 @@
-"""Changes of the innate trait of a condition: parts, prediction from heritability, and section.
+"""Report section on changes of the innate trait: parts of a change, and predicted changes.
 
 References
 ----------
@@ -52,10 +52,11 @@ from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulat
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.experiment import BaseExperiment
 
+# The sum of the parts minus the change: 0 except for rounding errors.
 RESIDUAL: Final = "identity residual"
 CORRELATION: Final = "genotype-phenotype correlation"
 GENETICS: Final = ("heritability", "additive variance", "predicted response", "response")
-# Limit of the number of agents in a correlation of distances, whose time is its square.
+# Largest number of agents in a correlation of distances, which compares all pairs of agents.
 MAX_AGENTS: Final = 300
 TITLE: Final = "What changed the mean in each generation"
 ANCHOR: Final = "trait-changes"
@@ -97,11 +98,11 @@ def measure_changes(
     experiment: BaseExperiment,
     genotypes: xr.DataArray | None = None,
 ) -> TraitChanges:
-    """Partition the changes of the innate trait, and predict them from its heritability.
+    """Partition the changes of the innate trait, and predict the changes from the heritability.
 
-    `find_obstacle` returns "" for the experiment. The genotypes are genomes (run, agent, gene) with
-    the coordinate `generation`, and the phenotype of the correlation is the fitness with learning.
-    The values have no generation if no two successive generations have the trait. See Price 1970;
+    `find_obstacle` returns "" for the experiment. `genotypes` are genomes (run, agent, gene) of one
+    generation, a scalar coordinate. Fitness with learning is the phenotype of the correlation. The
+    result has no generations if no two successive generations have the trait. See Price 1970;
     Falconer and Mackay 1996; Mayley 1996.
     """
     runs = runs.sel(run=innate["run"])
@@ -114,7 +115,7 @@ def measure_changes(
     residual = sum(partition[name] for name in PARTS) - partition["change"]
     genetics = estimate_heritability(trait.values, runs["parents"])[list(GENETICS)]
     values = partition.assign({RESIDUAL: residual}).merge(genetics, join="outer", compat="override")
-    correlation = xr.full_like(runs["run"], np.nan, dtype=np.float64)
+    correlation = xr.full_like(runs["run"], np.nan, dtype=np.float64)  # NaN without genotypes.
     if genotypes is not None:
         fitness = innate["energy"].sel(life="on", generation=genotypes["generation"], drop=True)
         correlation = _correlate(genotypes.drop_vars("generation"), fitness)
@@ -122,7 +123,7 @@ def measure_changes(
 
 
 def average_changes(changes: TraitChanges) -> dict[str, xr.DataArray]:
-    """Return the mean of each quantity over generations (run), and the largest residual."""
+    """Return the mean of each quantity over generations (run), and the largest residual's size."""
     averages = {
         str(name): values.mean("generation") if "generation" in values.dims else values
         for name, values in changes.values.items()
@@ -140,7 +141,7 @@ def _select_trait(runs: xr.Dataset, innate: xr.Dataset, experiment: BaseExperime
 
 
 def _correlate(genotypes: xr.DataArray, fitness: xr.DataArray) -> xr.DataArray:
-    """Return `correlate_distances` for agents at equal distances in their order (run)."""
+    """Return `correlate_distances` (run) for up to `MAX_AGENTS` agents, evenly spaced by index."""
     n_agents = genotypes.sizes["agent"]
     numbers = np.unique(np.linspace(0, n_agents - 1, min(n_agents, MAX_AGENTS)).astype(int))
     phenotypes = fitness.expand_dims("feature", axis=-1)
@@ -155,7 +156,7 @@ def make_section(
 ) -> Section:
     """Make the section on the changes of innate traits, and write `trait-changes.csv` and figures.
 
-    `obstacles` are sentences why the changes of further conditions are not measured.
+    `obstacles`: by condition without measured changes, a sentence with the reason.
     """
     rows = [row for name, entry in changes.items() for row in _tabulate(name, entry)]
     write_atomically(directory / CSV_FILE, to_csv(CSV_COLUMNS, rows))
@@ -175,7 +176,7 @@ def make_section(
 
 
 def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
-    """Return the median over runs of each quantity, with its interval."""
+    """Return a row per quantity with the keys `CSV_COLUMNS`, such as the median over runs."""
     rows = []
     for quantity, values in average_changes(changes).items():
         defined = values.values[np.isfinite(values.values)]
@@ -219,7 +220,7 @@ def _make_figures(
     names: Sequence[str],
     numbers: Mapping[str, Mapping[str, Mapping[str, Any]]],
 ) -> list[ReportFigure]:
-    """Return the figure of the parts, and that of heritability and response."""
+    """Return two figures. `numbers` has the rows of `_tabulate` by condition and quantity."""
 
     def describe(quantities: Sequence[str]) -> str:
         texts = [
@@ -281,7 +282,7 @@ def _stack_parts(axes: Axes, means: xr.Dataset) -> None:
     generations = means["generation"].values
     top = bottom = np.zeros(generations.size)
     for part, color in PART_COLORS.items():
-        values = np.nan_to_num(means[part].values)
+        values = np.nan_to_num(means[part].values)  # An undefined part has no area.
         next_top, next_bottom = top + values.clip(min=0), bottom + values.clip(max=0)
         for start, end, label in ((top, next_top, part), (bottom, next_bottom, None)):
             axes.fill_between(generations, start, end, step="mid", color=color, lw=0, label=label)

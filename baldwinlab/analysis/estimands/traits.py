@@ -1,8 +1,8 @@
-"""Traits of a model, and the shares of learning that evolution has made unnecessary.
+"""Traits of a model, and measures of the learning that evolution has made unnecessary.
 
-A trait is an innate trait under selection, or the distance that learning covers. Savings are a
-measure of relearning. If evolution makes a part of learned behavior innate, agents reach 90 % of
-their final performance earlier, even if the final performance is the same.
+A trait is an innate trait under selection, or the distance that learning covers. Assimilation is
+the fraction of this distance that is gone in the last generations. Savings [3]_ are the fraction of
+the learning time that is saved. The learning time ends at 90 % of an agent's final performance.
 
 References
 ----------
@@ -23,7 +23,7 @@ from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment
 
 INNATE_FITNESS: Final = "innate fitness"
-FINAL_SHARE: Final = 0.9
+FINAL_SHARE: Final = 0.9  # Fraction of the final performance that ends the learning time.
 
 
 class Trait(NamedTuple):
@@ -38,8 +38,8 @@ class Trait(NamedTuple):
 def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment) -> Trait:
     """Return the innate trait on which selection is measured.
 
-    It is the record that the model declares as `innate_trait`, in the generations and runs of the
-    assay `innate`, else innate fitness.
+    The trait is the recorded variable `innate_trait` of the model. Without this declaration, it is
+    innate fitness. The values have the runs and generations of the assay `innate`.
     """
     model = experiment.loaded_model
     name = model.innate_trait if model is not None else ""
@@ -54,8 +54,8 @@ def select_learned_distance(
 ) -> Trait | None:
     """Return the distance between birth and the goal of learning, on the scale of the trait.
 
-    It is the mean over agents of the record or share that the model declares as `learned_distance`,
-    else of the distance of weights between birth and death. None if the model has neither.
+    The distance is the mean over agents of the variable or share `learned_distance` of the model.
+    Without this declaration, it is the mean distance of weights between birth and death, or None.
     """
     model = experiment.loaded_model
     name = model.learned_distance if model is not None else ""
@@ -73,15 +73,15 @@ def select_learned_distance(
 
 
 def read_record(runs: xr.Dataset, model: Any, name: str) -> Trait:
-    """Return a record of a model, with its meaning and its unit."""
+    """Return a recorded variable of a model, with its meaning and its unit."""
     variable = model.records[name]
     return Trait(variable.meaning, variable.unit, runs[name].astype(np.float64))
 
 
 def _select_assayed(data: xr.Dataset, innate: xr.Dataset) -> xr.Dataset:
-    """Return the runs and generations of the assay.
+    """Return the data of the runs and generations of the assay.
 
-    A run that stopped has its last generation in the later ones, as in the assay.
+    As in the assay, a run that stopped early repeats its last simulated generation.
     """
     runs = data.sel(run=innate["run"])
     if GENERATION_COUNT not in runs.coords:
@@ -91,10 +91,10 @@ def _select_assayed(data: xr.Dataset, innate: xr.Dataset) -> xr.Dataset:
 
 
 def split_ends(values: xr.DataArray, last: int) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return the values in the first and in the last generations.
+    """Return the values in the first `last` and in the last `last` generations.
 
-    Not all generations need values. In a run of fewer than twice as many generations, each window
-    has half of them, so that the windows do not overlap.
+    A window has at most half of the generations, so that the windows do not overlap. Generations
+    without values count, too.
     """
     generation = values["generation"].astype(np.int64)
     n_generations = int(generation.max() - generation.min()) + 1
@@ -108,8 +108,8 @@ def measure_assimilation(distance: xr.DataArray, last: int) -> xr.DataArray:
 
     A = 1 - d_last / d_first, with the mean distances in the last and in the first generations. The
     distance is on the scale of the trait: bits, undefined alleles, or weights. Therefore A does not
-    change if a constant is added to fitness. It is 1 if nothing remains to be learned, and below 0
-    if the distance grows. It is NaN if the first distance is 0. See Waddington 1953.
+    change if a constant is added to fitness. A is 1 if nothing remains to be learned, below 0 if
+    the distance grows, and NaN if d_first is 0. See Waddington 1953.
     """
     first, final = (window.mean("generation") for window in split_ends(distance, last))
     return 1 - final / first.where(first > 0)
@@ -118,17 +118,17 @@ def measure_assimilation(distance: xr.DataArray, last: int) -> xr.DataArray:
 def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.DataArray:
     """Return the end of the first window of life with 90 % of the last window's performance.
 
-    `performance` (..., window) is, for example, the items eaten per step, and `ends` are in steps.
-    The time is NaN if the performance of the last window is not above 0.
+    `performance` (..., window) is, for example, the items eaten per step. `ends` (window) are the
+    steps at which windows end. The result is NaN if the last performance is not above 0.
     """
     final = performance.isel(window=-1)
     is_reached = performance >= FINAL_SHARE * final
-    first_window = is_reached.argmax("window")
+    first_window = is_reached.argmax("window")  # Index of the first True.
     return ends.isel(window=first_window).drop_vars("window", errors="ignore").where(final > 0)
 
 
 def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
-    """Return the learning time of the average agent from the assay `within-life`, in steps."""
+    """Return the learning time of the average agent (run, generation), in steps."""
     names = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
     eaten = within_life["eaten_in_window"].sel(newborns=names).mean("agent")
     starts = eaten["window"].values
@@ -140,10 +140,10 @@ def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
 
 
 def measure_savings(times: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learning time that is saved, by run; NaN without a time.
+    """Return the share of the learning time that is saved (run), or NaN without a time.
 
-    1 - t_last / t_first, with the mean times in the last and in the first generations. An agent
-    that does not reach its goal has the lifetime as its time.
+    The share is 1 - t_last / t_first, with the mean times in the last and in the first generations.
+    An agent that does not reach its goal counts with the length of its lifetime.
     """
     first, final = (window.mean("generation") for window in split_ends(times, last))
     return 1 - final / first.where(first > 0)

@@ -18,7 +18,7 @@ BOXES_NOTE: Final = (
     "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
     "extend to the most distant run within 1.5 times the interquartile range."
 )
-# Widths of a box, of its points, and of the points of a strip, if the distance of groups is 1.
+# Widths of a box, of the points in a box, and of the points of a strip. Groups have the distance 1.
 BOX_WIDTH: Final = 0.55
 BOX_SPREAD: Final = 0.36
 STRIP_SPREAD: Final = 0.5
@@ -53,7 +53,7 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) 
         [sample],
         positions=[position],
         widths=BOX_WIDTH,
-        showfliers=False,
+        showfliers=False,  # Each run is drawn as a point below.
         manage_ticks=False,
         boxprops=line,
         whiskerprops=line,
@@ -108,7 +108,7 @@ def draw_estimates(
     `is_horizontal`: whether the values have the horizontal axis. `is_joined`: whether a line joins
     the estimates.
     """
-    centers, low, high = np.asarray(estimates, np.float64)
+    centers, low, high = np.asarray(estimates, np.float64)  # [position] each, or numbers.
     draw_intervals = axes.hlines if is_horizontal else axes.vlines
     draw_intervals(positions, low, high, color=style.color, lw=style.width)
     x, y = (centers, positions) if is_horizontal else (positions, centers)
@@ -139,6 +139,7 @@ def draw_cells(
     )
     colors = np.asarray(image.to_rgba(np.ma.masked_invalid(values)))
     opacities = colors[..., 3:]
+    # The colors on white, [row, column, (red, green, blue)].
     backgrounds = opacities * colors[..., :3] + 1 - opacities
     for (row, column), text in np.ndenumerate(np.asarray(texts, str)):
         color = choose_text_color(backgrounds[row, column].tolist())

@@ -16,9 +16,9 @@ from matplotlib.lines import Line2D
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
 from baldwinlab.analysis.statistics.intervals import CurveInterval
 
-# Largest number of markers on a curve.
+# Smallest number of markers on a long curve, which has less than twice this number.
 MAX_MARKERS: Final = 8
-# Largest number of columns of a legend, and the width of its line and gaps, in letters.
+# Largest number of columns of a legend, and the width of a line and the gaps, in letters.
 MAX_LEGEND_COLUMNS: Final = 4
 LEGEND_LINE_LETTERS: Final = 8
 # Length of a label, in inches per letter.
@@ -28,10 +28,10 @@ LETTER_INCHES: Final = 0.075
 def make_panels(
     n_panels: int, max_columns: int, panel_height: float, margin: float, **options: Any
 ) -> tuple[Figure, npt.NDArray[Any]]:
-    """Return a figure with panels [row, column], without those that are not needed.
+    """Return a figure and its panels [row, column]. Panels after `n_panels` are removed.
 
-    Heights are in inches; `margin` is that of all legends. `options` are those of
-    `Figure.subplots`.
+    `panel_height` and `margin` are in inches. `margin` is the height of all legends. `options` are
+    arguments of `Figure.subplots`.
     """
     n_columns = min(max_columns, max(n_panels, 1))
     n_rows = math.ceil(max(n_panels, 1) / n_columns)
@@ -47,7 +47,7 @@ def make_blocks(
 ) -> tuple[Figure, npt.NDArray[Any]]:
     """Return a figure and its panels [condition, row], in two columns of conditions."""
     n_columns = min(len(titles), 2)
-    # A block has all rows of the conditions that are next to each other.
+    # A block has all rows of two conditions that are next to each other.
     n_blocks = math.ceil(len(titles) / n_columns)
     figure = Figure((FIGURE_WIDTH, 0.6 + row_height * n_rows * n_blocks))
     grid = figure.subplots(n_blocks * n_rows, n_columns, squeeze=False)
@@ -63,7 +63,7 @@ def make_blocks(
 
 def label_blocks(panels: npt.NDArray[Any], *labels: str) -> None:
     """Label the rows of `make_blocks` at the left edge."""
-    # Two conditions are next to each other, so every second one is in the left column.
+    # Two conditions are next to each other, so every second condition is in the left column.
     for column in panels[::2]:
         for axes, label in zip(column, labels, strict=True):
             axes.set_ylabel(label)
@@ -78,7 +78,7 @@ def draw_line(
     *,
     is_stepped: bool = False,
 ) -> None:
-    """Draw a line with about `MAX_MARKERS` markers. A distribution has steps."""
+    """Draw a line with about `MAX_MARKERS` markers. `is_stepped` suits a distribution."""
     axes.plot(
         x,
         y,
@@ -100,7 +100,7 @@ def draw_curve(
     label: str = "",
     dim: str = "generation",
 ) -> None:
-    """Draw a line with the band of its interval, or nothing if all values are NaN."""
+    """Draw the center and the band of an interval along `dim`, or nothing if all are NaN."""
     center, low, high = (values[interval.center.notnull()] for values in interval)
     if center.size:
         axes.fill_between(center[dim], low, high, color=style.color, alpha=0.18, lw=0)

@@ -1,8 +1,8 @@
 """Arrange the panels of a drawn figure below each other, for narrow screens.
 
-A figure is drawn once. Its SVG holds two layouts of the same drawing: the wide one, as drawn, and
-a narrow one with one panel per row. The shape of the space for the image decides which one is
-shown, so a page selects a layout with the CSS property `aspect-ratio`, without a script.
+A figure is drawn once. The SVG contains two layouts of the drawing: the wide layout, as drawn, and
+a narrow layout with one panel per row. The shape of the space for the image decides which layout
+is shown, so a page selects a layout with the CSS property `aspect-ratio`, without a script.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 POINTS_PER_INCH: Final = 72
-# Distances in points: between panels, and from a panel to the end of its right label.
+# Distances in points: between panels, and from a panel to the end of a label on the right.
 GAP: Final = 4.0
 RIGHT_MARGIN: Final = 14.0
 # The label of the axes of a color bar that Matplotlib adds to a panel.
@@ -26,11 +26,11 @@ ROW_TOLERANCE: Final = 6.0
 # Height of a line of text, and width of the symbol of a legend with its gap, in font sizes.
 LINE_HEIGHT: Final = 1.3
 SYMBOL_WIDTH: Final = 2.9
-# Smallest width of the narrow layout, so that its text is not larger than that of a page.
+# Smallest width of the narrow layout, in points, so that its text is not larger than page text.
 MIN_NARROW_WIDTH: Final = 220.0
 # Mean width of a letter, in font sizes.
 LETTER_WIDTH: Final = 0.56
-# Largest quotient of the shapes (width by height) of the narrow and the wide layout.
+# A narrow layout must have at most this multiple of the width by height of the wide layout.
 MAX_SHAPE_RATIO: Final = 0.9
 
 
@@ -54,12 +54,12 @@ class Box(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """A part of the drawing, and its position in a panel, or in the narrow layout."""
+    """A rectangle of the drawing, and the position to which a layout copies the rectangle."""
 
     # Identifier of an SVG group.
     group: str
-    source: Box
-    left: float
+    source: Box  # Rectangle in the drawing.
+    left: float  # Position in points: in a panel, or after `_stack`, in the narrow layout.
     top: float
     scale: float = 1.0
 
@@ -79,13 +79,14 @@ def name_groups(figure: Figure) -> None:
 
 
 def arrange_panels(figure: Figure) -> NarrowLayout | None:
-    """Return the narrow layout of a figure with several columns of panels that was just drawn."""
+    """Return the narrow layout of a figure that was just drawn, or None if none is narrower."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     rows = _group_rows(figure)
     columns = max(map(len, rows), default=0)
     if columns < 2:
         return None
     panels = list(_locate_panels(figure, rows))
+    # The widths of the panels in complete rows. `_stack` scales wider panels down.
     row_widths = [_measure(pieces)[0] for row in panels if len(row) == columns for pieces in row]
     narrow_width = max(MIN_NARROW_WIDTH, *row_widths)
     arranged = list(_stack(figure, panels, narrow_width))
@@ -108,7 +109,7 @@ def _group_rows(figure: Figure) -> list[list[Axes]]:
 
 
 def _locate(axes: Axes) -> Box:
-    """Return the rectangle between the axes."""
+    """Return the rectangle of a panel between its axes, without labels."""
     figure = axes.figure
     assert isinstance(figure, Figure)
     width, height = figure.get_size_inches() * POINTS_PER_INCH
@@ -122,9 +123,10 @@ def _locate(axes: Axes) -> Box:
 
 
 def _locate_panels(figure: Figure, rows: Sequence[Sequence[Axes]]) -> Iterator[list[list[Piece]]]:
-    """Yield for each row and panel its pieces: the panel, and the labels that it shares."""
+    """Yield for each row the pieces of each panel: the panel, and labels that panels share."""
     _, height = figure.get_size_inches() * POINTS_PER_INCH
     upper, lower = _find_margins(figure)
+    # The upper end of each row, and the lower end of the last row.
     tops = [upper, *(min(_find_top(axes) for axes in row) for row in rows[1:]), height - lower]
     for row, (top, bottom) in zip(rows, pairwise(tops), strict=True):
         lefts = [_find_left(axes) for axes in row]
@@ -160,7 +162,7 @@ def _find_labels_below(
 
 
 def _add_shared_labels(panel: Piece, axes: Axes, left: Piece, below: Piece) -> list[Piece]:
-    """Return a panel with the labels that it shows only at another panel."""
+    """Return the pieces of a panel, with the labels that are drawn only at another panel."""
     pieces = [panel]
     if not axes.yaxis.get_tick_params().get("labelleft", True):
         pieces = [left, panel._replace(left=left.source.width)]
@@ -170,7 +172,7 @@ def _add_shared_labels(panel: Piece, axes: Axes, left: Piece, below: Piece) -> l
 
 
 def _measure(pieces: Sequence[Piece]) -> tuple[float, float]:
-    """Return the width and the height of a panel."""
+    """Return the width and the height of a panel from its pieces, in points."""
     return (
         max(piece.left + piece.source.width for piece in pieces),
         max(piece.top + piece.source.height for piece in pieces),
@@ -211,7 +213,7 @@ def _find_left(axes: Axes) -> float:
 
 
 def _find_right(figure: Figure, row: Sequence[Axes]) -> float:
-    """Return the right end of a row of panels, with a color bar to the right of it."""
+    """Return the right end of a row of panels, including a color bar on the right."""
     width, _ = figure.get_size_inches() * POINTS_PER_INCH
     end = _locate(row[-1]).right
     color_bars = [axes for axes in figure.axes if axes.get_label() == COLOR_BAR]
@@ -220,7 +222,7 @@ def _find_right(figure: Figure, row: Sequence[Axes]) -> float:
 
 
 def _estimate_label(axes: Axes) -> tuple[float, float]:
-    """Return the ends of the label below a panel."""
+    """Estimate the left and the right end of the label below a panel."""
     label = axes.xaxis.label
     box = _locate(axes)
     center = (box.left + box.right) / 2
@@ -264,10 +266,10 @@ def _stack(
 
 
 def merge_layouts(svg: bytes, figure: Figure, layout: NarrowLayout) -> bytes:
-    """Return an SVG image that shows the layout whose shape is closer to its space."""
+    """Return an SVG image that shows the layout whose shape is closer to the available space."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     narrow_ratio = layout.width / layout.height
-    limit = (narrow_ratio * width / height) ** 0.5
+    limit = (narrow_ratio * width / height) ** 0.5  # Geometric mean of both shapes.
     start = svg.index(b">", svg.index(b"<svg")) + 1
     drawing = svg[start : svg.rindex(b"</svg>")]
     parts = "".join(map(_format_piece, layout.pieces))

@@ -82,7 +82,7 @@ Result = TypeVar("Result")
 
 
 def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Wrap a function: it draws with `MATPLOTLIB_SETTINGS` only, in one thread at a time."""
+    """Make a function draw with `MATPLOTLIB_SETTINGS` only, in one thread at a time."""
 
     @wraps(draw)
     def draw_styled(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
@@ -103,7 +103,7 @@ class SeriesStyle(NamedTuple):
 def choose_style(series_index: int) -> SeriesStyle:
     """Return the style of a condition by its index. The first 28 styles differ."""
     round_index, color_index = divmod(series_index, len(SERIES_COLORS))
-    # The same color has another line style in each round.
+    # Each reuse of a color has another line style.
     line_index = (color_index + round_index) % len(LINE_STYLES)
     return SeriesStyle(SERIES_COLORS[color_index], LINE_STYLES[line_index], MARKERS[color_index])
 
@@ -164,7 +164,7 @@ def to_svg(figure: Figure) -> bytes:
 @styled
 def _to_png(figure: Figure) -> bytes:
     page = io.BytesIO()
-    # The layout of the SVG is used again, because computing it takes longer than drawing.
+    # The layout of the SVG is used again, because a new layout takes longer than drawing.
     figure.set_layout_engine("none")
     figure.set_dpi(200)
     FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
@@ -173,7 +173,7 @@ def _to_png(figure: Figure) -> bytes:
 
 @styled
 def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
-    """Render a figure as a file that explains itself.
+    """Render a figure as a file, with a note below the panels that explains the figure.
 
     `figure`: a figure that was not rendered yet. `file_format`: "svg", "pdf" or "png".
     """
@@ -194,7 +194,7 @@ def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
 
 
 class SavedFigure(NamedTuple):
-    """The image of a figure for a page, and the shapes of its layouts as width by height."""
+    """The image of a figure for a page. The ratios are width by height of both layouts."""
 
     image: bytes
     wide_ratio: float
@@ -205,8 +205,8 @@ def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write a figure as SVG and PNG.
 
     `folder`: the folder of the files, which are written atomically. `name`: the name of the files
-    without a suffix. Returns the image for a page: an SVG with one panel per row if its space is
-    narrow.
+    without a suffix. Returns the image for a page: an SVG that shows one panel per row in a narrow
+    space.
     """
     name_groups(figure)
     drawing = to_svg(figure)

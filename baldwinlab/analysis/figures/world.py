@@ -1,7 +1,7 @@
 """Maps to scale, and the paths of agents on them. y increases downward, as on a screen.
 
-A map shows its edges, the birth disc, and the *appearance* that the parts declare. Traces store
-the appearance as an attribute.
+A map shows the edges, the birth disc, and the *appearance*: regions and obstacles of the parts. A
+trace stores the appearance as an attribute.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 
-# Largest number of segments of a trajectory. Later segments are more opaque.
+# Largest number of segments of a drawn path. Later segments are more opaque.
 MAX_SEGMENTS = 40
 # Markers of the shapes of species.
 SHAPE_MARKERS = {"circle": "o", "triangle": "^", "square": "s", "diamond": "D"}
@@ -101,9 +101,9 @@ def draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
 
 @styled
 def draw_trajectories(trace: xr.Dataset) -> Figure:
-    """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth.
+    """Draw the paths of all agents in one lifetime. A path ends at a marker and fades toward birth.
 
-    Each species has a color and a shape, which is hollow for agents that died.
+    Each species has a color and a marker. The marker of an agent that died is hollow.
     """
     figure = Figure((FIGURE_WIDTH / 2, FIGURE_WIDTH / 2 + 0.5))
     axes = figure.subplots()
@@ -130,6 +130,7 @@ def _draw_species_ends(
     axes: Axes, trace: xr.Dataset, symbols: Sequence[AgentSymbol], numbers: np.ndarray
 ) -> list[Line2D]:
     """Draw the last position of each agent, and return the entries of the legend."""
+    # [agent]: index of the last step before death. Positions are NaN after death.
     last_steps = np.isfinite(trace["x"].values).sum(axis=0) - 1
     agents = np.arange(trace.sizes["agent"])
     x = trace["x"].values[last_steps, agents]
@@ -159,12 +160,12 @@ def _draw_paths(
 ) -> None:
     segments = []
     segment_colors = []
-    # Agents that never ate are drawn first, below the others.
+    # Agents that never ate (False) are drawn first, below the others.
     for agent in np.argsort(has_eaten, kind="stable"):
         path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
         n_segments = min(MAX_SEGMENTS, len(path))
         for steps in np.array_split(np.arange(len(path)), n_segments):
-            # A segment starts at the last point of the preceding one.
+            # A segment starts at the last point of the preceding segment, to leave no gap.
             first_step = max(steps[0] - 1, 0)
             segments.append(path[first_step : steps[-1] + 1])
         opacities = 0.05 + 0.75 * np.linspace(0, 1, n_segments) ** 3

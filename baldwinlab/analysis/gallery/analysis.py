@@ -1,4 +1,4 @@
-"""Estimate the answers of the systems of a study, and the time to half of the final fitness.
+"""Estimates of the questions for each system of a study, and the time to half of the fitness gain.
 
 A *system* is a condition that evolves and learns.
 """
@@ -24,9 +24,9 @@ from baldwinlab.experiment.measures import first_generation
 class TimeToLevel(NamedTuple):
     """Time until mean fitness reaches `level`, with learning and in the control.
 
-    `level` is the mean of two values: the fitness of the control's founders, and the higher final
-    fitness of the two conditions. Times are medians over runs. They are NaN if at least half of
-    the runs do not reach `level`.
+    `level` is halfway between the fitness of the control's founders and the higher final fitness of
+    the two conditions. Times are medians over runs. A time is NaN if at least half of the runs do
+    not reach `level`.
     """
 
     level: float
@@ -73,8 +73,8 @@ def evaluate_systems(
     """Evaluate the systems of a study that have a stored assay.
 
     `data`: the runs, with the dimensions (condition, run, generation, agent). `selected`:
-    conditions to evaluate. If it is empty, all conditions are evaluated. Returns systems in the
-    order of the experiments.
+    conditions to evaluate, or empty for all conditions. Returns systems in the order of the
+    experiments.
     """
     study = _Study(data=data, mean_fitness=fitness.mean(data), last=last)
     assayed = parse_experiments(assays)
@@ -104,7 +104,7 @@ def _measure_time_to_level(
     learner = study.mean_fitness.sel(condition=condition).dropna("generation", how="all")
     control = study.mean_fitness.sel(condition=control_name).dropna("generation", how="all")
     model = experiment.loaded_model
-    # MiniWorld needs no loaded model: each of its lives is an evaluation.
+    # MiniWorld needs no loaded model: each life of an agent is an evaluation.
     if model is None and not isinstance(experiment, Experiment):
         return None
     if not (learner.size and control.size):
@@ -138,9 +138,9 @@ def _final_median(mean_fitness: xr.DataArray, last: int) -> float:
 def _find_time_to_level(
     mean_fitness: xr.DataArray, runs: xr.Dataset, counter_variable: str, level: float
 ) -> tuple[float, float]:
-    """Return medians over runs: the first generation at `level`, and the evaluations until then.
+    """Return medians over runs: the first generation at `level`, and the evaluations up to its end.
 
-    Evaluations are counted up to the end of that generation.
+    `mean_fitness` has the dimensions (run, generation).
     """
     # Without a counter, each simulated agent counts as one evaluation.
     counts = runs[counter_variable] if counter_variable else runs["energy"].notnull()
@@ -149,7 +149,7 @@ def _find_time_to_level(
     is_reached = mean_fitness >= level
     # Infinity marks a run that does not reach the level.
     generation_at_level = first_generation(is_reached, np.inf)
-    is_first = is_reached & (is_reached.cumsum("generation") == 1)
+    is_first = is_reached & (is_reached.cumsum("generation") == 1)  # Only the first generation.
     evaluations_at_level = evaluations.where(is_first).max("generation").fillna(np.inf)
     return _finite_median(generation_at_level.values), _finite_median(evaluations_at_level.values)
 

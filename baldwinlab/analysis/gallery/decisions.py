@@ -72,7 +72,7 @@ class Measurement:
 
     @property
     def label(self) -> str:
-        """The verdict, with a note if the runs cannot suffice for a verdict."""
+        """The verdict, or "too few runs" if no values of so few runs could decide the question."""
         is_impossible = plan_paired_test(self.runs).smallest_p >= SIGNIFICANCE_LEVEL
         return TOO_FEW_RUNS if self.verdict == UNDECIDED and is_impossible else self.verdict
 
@@ -109,12 +109,13 @@ class Decision:
 
 
 class _Limits(NamedTuple):
-    """Limits of the p-values of one question, and its equivalence bound."""
+    """Equivalence bound of one question, and the p-values below which it is decided."""
 
     difference: float
     equivalence: float
     bound: float
-    # Whether tests of bootstrap samples use the exact distribution without ties.
+    # Whether the p-value of the runs is exact. Tests of bootstrap samples are then exact, too,
+    # although resampling causes ties.
     ignores_ties: bool
 
 
@@ -128,6 +129,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
     measured = [decision for decision in decisions if decision.estimate.measurability == MEASURED]
     samples = [_finite_values(decision.estimate) for decision in measured]
     bounds = [decision.estimate.equivalence_bound for decision in measured]
+    # `values[None]` is a single sample [sample, run].
     differences = [float(_difference_p(values[None])[0]) for values in samples]
     equivalences = [
         float(equivalence_p(values[None], bound)[0])
@@ -141,6 +143,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
         map(has_exact_signed_rank, samples),
     )
     numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
+    # `next` takes the measurements in the order of the measured decisions.
     measurements = iter([_make_measurement(*row) for row in numbers])
     return [
         replace(decision, measurement=next(measurements))
@@ -161,7 +164,7 @@ def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
 
 
 def _require_values(estimate: Estimate) -> Estimate:
-    """Return the estimate as not measurable if its value is undefined in every run."""
+    """Return the estimate, marked as not measurable if the value is undefined in every run."""
     if estimate.measurability != MEASURED or _finite_values(estimate).size:
         return estimate
     reason = "The value is undefined in every run."
@@ -224,10 +227,10 @@ def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Me
 
 
 def _find_required_runs(values: Sample, limits: _Limits) -> int | None:
-    """Return the smaller number of runs that shows a difference or equivalence, if any."""
+    """Return the smallest number of runs that shows a difference or equivalence, or None."""
     numbers = [signed_rank_runs(values, limits.difference)]
     if abs(np.median(values)) < limits.bound:
-        # A one-sided test has half the p-value of the two-sided test.
+        # A one-sided test has half the p-value of the two-sided test. Equivalence needs both sides.
         level = min(1.0, 2 * limits.equivalence)
         sides = [signed_rank_runs(values + bound, level) for bound in (-limits.bound, limits.bound)]
         defined = [runs for runs in sides if runs is not None]

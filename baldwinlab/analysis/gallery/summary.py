@@ -1,6 +1,6 @@
 """Summary of the decisions on each question: counts, a mean effect, tables and a figure.
 
-A paper has the verdict on which all its measured systems agree. Otherwise it is *mixed*.
+A paper has the verdict on which all measured systems of the paper agree, or the verdict *mixed*.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ RELATIVE_UNIT: Final = "equivalence bounds"
 DIMENSIONLESS: Final = "1"
 # Smallest effect that is printed without decimals.
 INTEGER_EFFECT: Final = 10
-# An exact tie has a standard error of 0, with which its weight would be infinite.
+# Smallest standard error, as a fraction of the equivalence bound. The weight of an effect with a
+# standard error of 0 would be infinite.
 MIN_RELATIVE_ERROR: Final = 1e-3
 # Widths of the names of systems and of a panel, in inches.
 NAMES_WIDTH: Final = 2.4
@@ -58,13 +59,13 @@ class QuestionSummary:
     question: str
     # The measured decisions of all systems, each with its measurement.
     measurements: tuple[tuple[Decision, Measurement], ...]
-    # Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT` if the systems
-    # have different units or equivalence bounds.
+    # Unit of comparable effects: the unit of all systems, or `RELATIVE_UNIT` if the units or the
+    # equivalence bounds differ.
     unit: str
     # Number of systems and of papers by verdict. Papers can be `MIXED`.
     systems: Mapping[str, int]
     papers: Mapping[str, int]
-    # Summary of the papers in `unit`, or None for fewer than three papers with two runs.
+    # Summary of the papers in `unit`. None if fewer than three papers have two runs or more.
     mean: RandomEffects | None
 
     @property
@@ -112,7 +113,7 @@ def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) ->
 
 
 def _find_scale(decision: Decision, unit: str) -> float:
-    """Return `QuestionSummary.scale`, which is NaN for a bound of 0."""
+    """Return the factor that converts an effect to `unit`, or NaN for a bound of 0."""
     if unit != RELATIVE_UNIT:
         return 1.0
     bound = decision.estimate.equivalence_bound
@@ -120,10 +121,10 @@ def _find_scale(decision: Decision, unit: str) -> float:
 
 
 def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomEffects | None:
-    """Return the summary of the papers. The effect of a paper is the mean of its systems.
+    """Return the summary of the papers. The effect of a paper is the mean over its systems.
 
-    The systems of a paper may share seeds. The standard error of their mean is that of completely
-    correlated effects, which is the largest possible.
+    The systems of a paper may have the same seeds. The standard error of a paper is therefore the
+    mean over the systems, which is exact for completely correlated effects and else too large.
     """
     effects: dict[str, list[tuple[float, float]]] = {}
     for decision, measurement in rows:
@@ -135,12 +136,13 @@ def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomE
             effects.setdefault(decision.system.paper, []).append(values)
     if len(effects) < MIN_PAPERS:
         return None
+    # [paper, (effect, standard error)]
     means = np.array([np.mean(values, axis=0) for values in effects.values()])
     return combine_papers(means[:, 0], means[:, 1])
 
 
 def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
-    """Yield at most six sentences that follow from the table."""
+    """Yield a sentence on the table, and a sentence on each measured question."""
     systems = {decision.system for decision in decisions}
     papers = {system.paper for system in systems}
     classes = Counter(decision.estimate.measurability for decision in decisions)
@@ -166,7 +168,7 @@ def _conclude_question(summary: QuestionSummary) -> str:
 
 
 def _list_other_verdicts(counts: Mapping[str, int]) -> str:
-    """Return the numbers above 0 of the other verdicts than "yes", such as " (2 opposite)"."""
+    """Return the counts of all verdicts except "yes", such as " (2 opposite)", without zeros."""
     other_verdicts = [name for name in (*VERDICTS, MIXED) if name != YES and counts.get(name)]
     texts = ", ".join(f"{counts[name]} {name}" for name in other_verdicts)
     return f" ({texts})" if texts else ""
@@ -186,7 +188,7 @@ def _describe_mean(summary: QuestionSummary) -> str:
 
 
 def format_effect(number: float) -> str:
-    """Return an effect with its sign and two digits, or all digits of a large integer part."""
+    """Return an effect with a sign: 0.123 -> "+0.12", and 1234.5 -> "+1,234"."""
     if isnan(number):
         return "–"
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
@@ -250,6 +252,7 @@ def _count(number: int, noun: str) -> str:
 def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSummary]) -> Figure:
     """Draw the effect sizes of all systems with their intervals, and the mean of the papers."""
     rows, headings = _place_rows(systems)
+    # A gap separates the mean from the systems.
     mean_row = max(rows.values()) + 1.5
     figure = Figure(
         (NAMES_WIDTH + PANEL_WIDTH * len(summaries), AXES_HEIGHT + ROW_HEIGHT * mean_row)
@@ -267,13 +270,13 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     panels[0].set_yticks(ticks, [*(system.condition for system in rows), MEAN_LABEL])
     for paper, row in headings.items():
         _draw_heading(panels[0], paper, row)
-    panels[0].set_ylim(mean_row + 0.8, -0.8)
+    panels[0].set_ylim(mean_row + 0.8, -0.8)  # The first row is at the top.
     figure.legend(handles=_make_legend_handles(), loc="outside lower center", ncols=3)
     return figure
 
 
 def _place_rows(systems: Sequence[SystemName]) -> tuple[dict[SystemName, int], dict[str, int]]:
-    """Return the row of each system, and of each paper's name above its systems."""
+    """Return the row of each system, and the row of each paper's name above the systems."""
     rows: dict[SystemName, int] = {}
     headings: dict[str, int] = {}
     for system in systems:

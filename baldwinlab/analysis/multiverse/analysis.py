@@ -4,9 +4,9 @@ Within a variant, the p-values of all claims are one family, corrected by Holm's
 study of the paper. p-values are not corrected across variants, because each variant is compared
 only with the paper.
 
-The distance of a variant from the paper is the mean of |effect - figure| / figure, where *figure*
-is the effect size in the paper. Claims without an effect size in the paper are left out. A variant
-with the effects of the paper has distance 0, and a variant without any effect has distance 1.
+The distance of a variant from the paper is the mean over claims of |effect - figure| / figure, with
+the effect size *figure* in the paper. Claims without an effect size are left out. A variant with
+the effects of the paper has distance 0, and a variant without any effect has distance 1.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class VariantSettings(Protocol):
 
     @property
     def description(self) -> str:
-        """One line."""
+        """Description in one line."""
 
     @property
     def choices(self) -> dict[str, str]:
-        """The alternatives, by choice."""
+        """The changed alternatives, by choice."""
 
     @property
     def fields(self) -> dict[str, Any]:
@@ -66,8 +66,8 @@ def evaluate_variant(
 ) -> VariantResult:
     """Evaluate the claims of a paper for one variant.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent) and the paper's names
-    of conditions, such as evo/A. `paper`: defaults to the default paper.
+    `data`: the runs (condition, run, generation, agent). Conditions have the names of the paper,
+    for example "evo/A". `paper`: defaults to the default paper.
     """
     results = evaluate_claims(data, last, paper)
     outcomes = {result.claim.id: _make_outcome(result.record()) for result in results}
@@ -91,8 +91,8 @@ def _make_outcome(record: Mapping[str, Any]) -> Outcome:
 def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
     """Return the mean of |effect - figure| / figure over the claims with an effect size.
 
-    `paper`: defaults to the default paper. Returns the distance, or None if the paper has no effect
-    size or an effect is missing.
+    `paper`: defaults to the default paper. The result is None if the paper has no effect size, or
+    if the variant lacks an effect.
     """
     claims = (paper or load()).claims
     paper_effects = {claim.id: claim.paper_value for claim in claims if claim.paper_value}
@@ -108,7 +108,7 @@ def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None
 def group_by_verdict(
     multiverse: Multiverse, claim: str
 ) -> dict[Verdict, tuple[VariantResult, ...]]:
-    """Return the variants by the verdict on a claim, without variants that lack runs."""
+    """Return the variants by the verdict on a claim, except those that do not evaluate it."""
 
     def select_variants(verdict: Verdict) -> Iterator[VariantResult]:
         for variant in multiverse.variants:
@@ -130,10 +130,10 @@ def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
 
 
 def find_decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
-    """Return the choices on which the verdict of a claim depends.
+    """Return the variants that change the verdict on a claim, by the choice that they change.
 
-    `multiverse`: only variants that change a single choice count. Returns the variants that change
-    the verdict, by choice. Empty if the standard variant does not decide the claim.
+    Only variants that change a single choice count. The result is empty if the claim is not
+    evaluated under the standard variant.
     """
     verdicts = {variant.name: variant.outcomes[claim].verdict for variant in multiverse.variants}
     standard = verdicts.get(STANDARD, NOT_EVALUATED)
@@ -148,26 +148,24 @@ def find_decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[
 
 
 def find_nearest(multiverse: Multiverse) -> VariantResult | None:
-    """Return the variant nearest to the paper.
+    """Return the variant nearest to the paper, or None if no variant has a distance.
 
-    It is the variant under which the most claims with an effect size hold, and among several such
-    variants, the variant with the smallest distance. The distance alone is not sufficient, because
-    a variant without any eaten item has a distance of only 1.
-
-    Returns the variant, or None if no variant has a distance.
+    Under this variant, the most claims with an effect size hold. Among several such variants, the
+    smallest distance decides. The distance alone is not sufficient, because a variant without any
+    eaten item has a distance of only 1.
     """
     measured = [variant for variant in multiverse.variants if variant.distance is not None]
     claims_with_effect = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
     def rank_variant(variant: VariantResult) -> tuple[int, float]:
         n_held = sum(variant.outcomes[claim].verdict == HOLDS for claim in claims_with_effect)
-        return -n_held, variant.distance or 0.0
+        return -n_held, variant.distance or 0.0  # The minimum is the nearest variant.
 
     return min(measured, key=rank_variant, default=None)
 
 
 def variants_with_paper_effects(multiverse: Multiverse) -> list[VariantResult]:
-    """Return the variants whose intervals contain all effect sizes of the paper."""
+    """Return the variants with intervals that contain all effect sizes of the paper."""
     paper_effects = list_paper_effects(multiverse)
 
     def has_paper_effects(variant: VariantResult) -> bool:
@@ -190,13 +188,13 @@ def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
 
 
 class Share(NamedTuple):
-    """Share of the combinations under which a claim holds, for one alternative of a choice."""
+    """Share of the combinations with one alternative of a choice under which a claim holds."""
 
     choice: str
-    # "standard", or the name of a variant.
+    # Alternative of the choice, or "standard".
     alternative: str
     claim: str
-    # Number of combinations under which the claim holds, and is evaluated.
+    # Number of combinations under which the claim holds, and number under which it is evaluated.
     held: int
     decided: int
 
@@ -207,7 +205,7 @@ class Share(NamedTuple):
 
 
 def find_standard_variant(multiverse: Multiverse) -> VariantResult | None:
-    """Return the variant without changed choices, or None."""
+    """Return the variant that changes no choice, or None."""
     return next((variant for variant in multiverse.variants if not variant.choices), None)
 
 
@@ -247,7 +245,7 @@ def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int
 
 
 def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
-    """Return the largest and smallest share of the most effective choice on a claim, if any."""
+    """Return the largest and smallest share of the choice with the largest effect on a claim."""
     pairs = []
     for choice in dict.fromkeys(share.choice for share in shares):
         group = [
@@ -322,7 +320,7 @@ def read_multiverse(path: Path) -> Multiverse:
 
 
 def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
-    """Return whether a file has the content that was written."""
+    """Return whether checksum and summary of a file fit the content."""
     has_checksum = record.get("checksum") == _checksum(multiverse)
     return bool(has_checksum and record.get("summary") == summarize(multiverse))
 

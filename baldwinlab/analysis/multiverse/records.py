@@ -14,7 +14,7 @@ class _Record(BaseModel):
 
 
 class Outcome(_Record):
-    """The verdict on a claim, and the numbers of the deciding comparison, or None."""
+    """The verdict on a claim, and the deciding comparison. A missing number is None."""
 
     verdict: Verdict
     condition: str | None = None
@@ -32,7 +32,7 @@ class ClaimText(_Record):
     id: str
     title: str
     claim: str
-    # The effect size in the paper, items per agent.
+    # Effect size in the paper, in items per agent, or None.
     figure: float | None
 
 
@@ -41,7 +41,7 @@ class VariantResult(_Record):
 
     name: str
     description: str
-    # The changed alternatives, by choice. Empty for the standard variant.
+    # The changed alternatives, for example {"R2": "contact-5"}. Empty for the standard variant.
     choices: dict[str, str]
     # The changed settings, by path, such as {"contact.reach": 5}.
     fields: dict[str, Any]

@@ -32,17 +32,16 @@ from baldwinlab.analysis.results.numbers import format_estimate, format_number, 
 from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict
 from baldwinlab.papers import load
 
-# Heights of a row, and of the headings and margins without and with a legend, in inches.
+# Heights in inches: a row, and headings and margins without and with a legend.
 ROW_HEIGHT: Final = 0.27
 HEADINGS_HEIGHT: Final = 0.6
 HEADINGS_AND_LEGEND_HEIGHT: Final = 0.9
 
 
 class StandardStudy(NamedTuple):
-    """A study under the standard variant, whose report has the section."""
+    """A study under the standard variant. The report of the study has the section."""
 
-    # Verdicts by claim.
-    verdicts: Mapping[str, Verdict]
+    verdicts: Mapping[str, Verdict]  # By claim.
     # Smallest and largest number of runs of a condition.
     runs: tuple[int, int]
 
@@ -118,7 +117,7 @@ def compose_lead(multiverse: Multiverse) -> str:
 def _tabulate_distances(
     variants: Sequence[VariantResult], paper_effects: Mapping[str, float]
 ) -> Table:
-    """Return the verdicts of each variant, its effects, and its distance from the paper."""
+    """Return a row per variant: counts of verdicts, effects, and distance from the paper."""
     rows = []
     for variant in variants:
         verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
@@ -203,7 +202,7 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     figure = Figure((FIGURE_WIDTH, HEADINGS_AND_LEGEND_HEIGHT + ROW_HEIGHT * len(variants)))
     axes = figure.subplots()
     outcomes = [[variant.outcomes[claim] for claim in claims] for variant in variants]
-    # The color of a cell is that of its verdict.
+    # The value of a cell is the index of the verdict in the color map.
     verdicts = list(VERDICT_COLORS)
     draw_cells(
         axes,
@@ -213,7 +212,7 @@ def draw_variants(multiverse: Multiverse) -> Figure:
         (0, len(verdicts) - 1),
     )
     _label_claims(axes, [_label_variant(variant) for variant in variants], claims)
-    choices = [min(variant.choices, default="") for variant in variants]
+    choices = [min(variant.choices, default="") for variant in variants]  # At most one each.
     _draw_cell_borders(axes, len(claims), choices)
     drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
     legend_handles = [
@@ -234,7 +233,7 @@ def _label_variant(variant: VariantResult) -> str:
 
 
 def _format_outcome(outcome: Outcome) -> str:
-    """Return a mark and the effect, such as "✓ +282". A level, such as a share, has no sign."""
+    """Return a mark and the effect, such as "✓ +282". Only a tested difference has a plus sign."""
     if outcome.effect is None:
         return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""

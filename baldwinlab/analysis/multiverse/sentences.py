@@ -1,4 +1,4 @@
-"""Sentences about a multiverse."""
+"""Sentences about a multiverse for `section.py`: robust claims, nearest variant, verdicts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ VERDICT_PHRASES: Final[Mapping[Verdict, str]] = {
     UNDECIDED: "is undecided",
     FAILS: "does not hold",
 }
-# Largest numbers of variants that a sentence lists by name. Larger numbers are counted.
+# Largest numbers of variants that a sentence names. It states larger numbers without the names.
 MAX_NAMED: Final = 8
 MAX_NAMED_WITH_STANDARD: Final = 2
 
@@ -82,7 +82,7 @@ def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
 
 
 def _name_variants(variants: Sequence[VariantResult]) -> str:
-    """Return the names of a few variants, or the number of many."""
+    """Return the names of a few variants, or "the standard variant and 13 others", for example."""
     nonstandard = [variant for variant in variants if variant.choices]
     has_standard = len(nonstandard) < len(variants)
     max_named = MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED

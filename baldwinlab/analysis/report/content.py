@@ -46,11 +46,11 @@ def select_foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Exper
 
 
 def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
-    """Return the composition of each generation, such as the shares of alleles.
+    """Return the fractions that the models define, such as the fraction of each allele.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent). Returns shares with
-    the dimensions (condition, run, generation) and their meaning as `long_name`. Empty unless the
-    models of all conditions are loaded and define the same shares.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). Each variable of the
+    result has the dimensions (condition, run, generation) and its meaning as `long_name`. The
+    result is empty unless the models of all conditions are loaded and define the same fractions.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
     meanings = [{name: share.meaning for name, share in entry.items()} for entry in shares]
@@ -68,11 +68,11 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
 def compute_species_composition(
     data: xr.Dataset, conditions: Mapping[str, BaseExperiment]
 ) -> xr.Dataset:
-    """Return the share of each species in the generations of the conditions in which they compete.
+    """Return the fraction of each species in each generation, if the species compete.
 
-    `data`: the runs, with the dimensions (condition, run, generation, agent). Returns a variable
-    for each species, such as "species prey", with the dimensions (condition, run, generation), NaN
-    in the conditions without the species. Empty if no species compete.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). The result has a
+    variable for each species, such as "species prey", with the dimensions (condition, run,
+    generation). Conditions without the species have NaN. Empty if no species compete.
     """
     compositions = []
     for name, experiment in conditions.items():
@@ -81,7 +81,7 @@ def compute_species_composition(
             curves = compute_species_curves(
                 data.sel(condition=[name]), species_names, ["composition"]
             )
-            # A species can have the name of a coordinate.
+            # The prefix is needed, because a species can have the name of a coordinate.
             shares = {
                 f"species {species}": share.assign_attrs(
                     long_name=f"share of agents of the species {species}", valid_max=1.0
@@ -91,12 +91,12 @@ def compute_species_composition(
             compositions.append(xr.Dataset(shares))
     if not compositions:
         return xr.Dataset()
-    # The attributes of a species are those of the first condition with it.
+    # The first condition with a species determines the attributes.
     return xr.concat(compositions, "condition", join="outer", combine_attrs="override")
 
 
 def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:
-    """Return the variable that counts evaluations, or "" if the conditions do not share one."""
+    """Return the variable that counts evaluations in all conditions, such as "used", or ""."""
     evaluation_variables = [model.clock for model in _iterate_loaded_models(conditions)]
     # A condition whose model is not loaded has no variable.
     are_all_loaded = len(evaluation_variables) == len(conditions)
@@ -118,7 +118,7 @@ def count_runs(data: xr.Dataset) -> dict[str, int]:
 
 
 def format_range(values: Iterable[int]) -> str:
-    """Return the smallest and the largest value, for example ``8 to 30``."""
+    """Return the smallest and the largest value, for example ``8 to 30``; "" without values."""
     distinct = sorted(set(values))
     if not distinct:
         return ""
@@ -130,13 +130,13 @@ def format_range(values: Iterable[int]) -> str:
 def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
     """Return the first condition of each distinct world.
 
-    Returns conditions by title. The title is the map if each world has its own map. Otherwise it is
-    the first condition, with the number of further conditions.
+    Returns conditions by title. The title is, for example, "Map A" if each world has its own map.
+    Otherwise the title is the first condition, such as "evo/A and 3 more".
     """
-    names: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}  # Conditions by world.
     for name, experiment in conditions.items():
         names.setdefault(_serialize_world(experiment), []).append(name)
-    maps: dict[str, list[str]] = {}
+    maps: dict[str, list[str]] = {}  # Names of maps by world.
     for world, shared in names.items():
         maps[world] = sorted({factors[name].map for name in shared} - {""})
     unique_maps = {world_maps[0] for world_maps in maps.values() if len(world_maps) == 1}
@@ -150,9 +150,9 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
 
 
 def _serialize_world(experiment: Experiment) -> str:
-    """Return a world as text. A map shows positions, so headings do not distinguish worlds."""
+    """Return a world as text, without the headings at birth, which do not distinguish maps."""
     start = experiment.world.start.model_copy(update={"headings": "equal"})
-    # Worlds with other features have other classes, so equal worlds are compared as text.
+    # Worlds with different features have different classes, so worlds are compared as text.
     return experiment.world.model_copy(update={"start": start}).model_dump_json()
 
 
@@ -194,7 +194,7 @@ def find_weakest_findings(result: ClaimResult) -> list[Finding]:
 
 
 def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
-    """Return the evaluated claims whose verdict or effect size differs from the paper."""
+    """Return the evaluated claims that do not hold or are undecided, or whose effect differs."""
     evaluated = [result for result in results if result.findings]
     return [
         result for result in evaluated if result.verdict != HOLDS or not result.agrees_with_paper
@@ -221,11 +221,11 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
 
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
-    """Return the mean over runs and its interval: one row per condition and generation."""
-    # The condition names the factors, which are further coordinates.
+    """Return the mean over runs (`mean`, `low`, `high`): a row per condition and generation."""
+    # The coordinates of the factors are dropped, because the name of a condition contains them.
     values = fitness.MEASURES[measure](data).reset_coords(drop=True)
     rows = tabulate_interval(interval_of_mean(values), "mean")
-    # The rows of a condition stay together.
+    # A stable sort: the rows of a condition follow each other, in the order of generations.
     order = values["condition"].values.tolist()
     rows.sort(key=lambda row: order.index(row["condition"]))
     return [
@@ -242,18 +242,19 @@ def name_fitness(data: xr.Dataset, *agents: str) -> str:
 
 
 def tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
-    """Return the final fitness: one row per condition and finished run."""
+    """Return the final best and mean fitness: one row per condition and finished run."""
     finals = {measure: fitness.final(data, measure, last) for measure in ("best", "mean")}
     table = xr.Dataset(finals).reset_coords(drop=True).to_dataframe()
     return [*table.dropna(how="all").reset_index().to_dict("records")]
 
 
 def tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the mean share over runs: one row per condition, share and generation."""
+    """Return means over runs: one row per variable (column `share`), condition and generation."""
     generations = shares["generation"].values
     rows = []
     for name, share in shares.items():
         for condition, values in share.mean("run").groupby("condition"):
+            # `values` is [condition, generation] with one condition.
             for generation, value in zip(generations, values.values.ravel(), strict=True):
                 row = {"condition": str(condition), "share": str(name)}
                 rows.append(row | {"generation": int(generation), "mean": float(value)})

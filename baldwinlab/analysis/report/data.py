@@ -1,4 +1,4 @@
-"""The study and the results from which a report is drawn, and the lifetimes that it links to."""
+"""The study and the results that a report shows, and the lifetimes to which the report links."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from baldwinlab.papers import Paper
 # Largest number of lifetimes that a figure links to.
 MAX_LINKED_LIVES: Final = 8
 Experiments = Mapping[str, Experiment]
-# Appearances of MiniWorld conditions whose parts are installed.
+# Appearance by condition, for MiniWorld conditions whose parts are installed.
 Appearances = Mapping[str, Mapping[str, Any]]
 # Largest number of generations in the figure of emergence.
 MAX_EMERGENCE_PANELS: Final = 6
@@ -49,7 +49,7 @@ class Link(NamedTuple):
 
 
 def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
-    """Return the last generation of a typical run of each condition that has runs."""
+    """Return by condition the last generation of a typical run. Skip conditions without runs."""
     has_data = data["energy"].notnull().any(("run", "agent"))
     lives = {}
     for name in map(str, data["condition"].values):
@@ -63,9 +63,8 @@ def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
 def make_link(lives: Sequence[StoredLife], label: str = "") -> Link:
     """Return the link to one lifetime, or to two that the lab shows next to each other.
 
-    The lab serves the directory of the study, so the address contains no name of a directory.
-
-    `label`: text of the link. By default the conditions.
+    The lab serves the directory of the study, so the address contains no name of a directory. Keys
+    of the second lifetime have the prefix "b.". `label`: text, by default the conditions.
     """
     state: dict[str, str | int] = {}
     for prefix, life in zip(("", "b."), lives, strict=False):
@@ -76,7 +75,7 @@ def make_link(lives: Sequence[StoredLife], label: str = "") -> Link:
 
 
 def link_paper(name: str) -> Link:
-    """Return the link to the card of a paper. The lab serves the folder of its study."""
+    """Return the link to the card of a paper, for a lab that serves the folder of the study."""
     return Link(name, _format_address("papers", {"paper": name}))
 
 
@@ -114,14 +113,14 @@ class ReportData:
     last: int = 10  # Number of final generations to average in each run.
     # The paper of the claims. Without a paper, the report mentions none.
     paper: Paper | None = None
-    # Appearances of MiniWorld conditions whose parts are installed.
+    # Appearance by condition, for MiniWorld conditions whose parts are installed.
     appearances: Appearances = field(default_factory=dict)
     contrasts: Contrasts | None = None  # The comparisons of the conditions.
     model_measures: Sequence[ModelMeasure] = ()  # Measures of the models that claims compare.
     # Variant of the paper by condition, from `setup.describe_variants`.
     variants: Mapping[str, str] = field(default_factory=dict)
     is_reproduction: bool = False  # Whether `paper` defines the study.
-    instruction: str = ""  # A sentence that says how to add runs, with "{runs}" for their number.
+    instruction: str = ""  # How to add runs, with "{runs}" for the number of runs.
 
     @cached_property
     def lives(self) -> dict[str, StoredLife]:

@@ -1,4 +1,4 @@
-"""Sections of an HTML page with their figures, and the page made from them."""
+"""Make HTML pages from sections with figures, and complete the contents and the links."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FIGURE_PATTERN: Final = re.compile(r'<figure id="([^"]+)"')
 REFERENCE_PATTERN: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
 HEADING_PATTERN: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
 CONTENTS_PLACEHOLDER: Final = "<!-- contents -->"
-# In a figure without links to lifetimes.
+# Text in a figure with commands but without links. `complete_page` replaces this text.
 WATCH_PLACEHOLDER: Final = "<!-- watch -->"
 TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": numbers.format_number,
@@ -42,7 +42,7 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "method": table.describe_method,
     "weakest": content.find_weakest_findings,
 }
-# Widths in inches, below which the page shows a figure narrower than the text.
+# Widths of figures, in inches, that select a CSS class: below the first two, or above the last.
 NARROW_WIDTH: Final = 4.0
 SLIM_WIDTH: Final = 6.0
 BROAD_WIDTH: Final = 9.0
@@ -78,7 +78,7 @@ def render(template: str, **values: Any) -> str:
     return _make_environment().get_template(template).render(**values)
 
 
-# An environment keeps the compiled templates.
+# Cached, because an environment stores the compiled templates.
 @cache
 def _make_environment() -> Environment:
     environment = Environment(
@@ -96,7 +96,7 @@ def _make_environment() -> Environment:
 def write_page(
     title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path
 ) -> Path:
-    """Write a self-contained HTML page."""
+    """Write a self-contained HTML page to `out`, with links to files in the folder `figures`."""
     page = render("report/page.html", title=title, lead=lead, sections=sections)
     return write_atomically(out, complete_page(page, out, figures).encode())
 
@@ -104,8 +104,8 @@ def write_page(
 def complete_page(page: str, out: Path, figures: Path, watch: str = "") -> str:
     """Return a page with its contents, numbered figures, and links to files and lifetimes.
 
-    `out`: file that the page will be written to. Links are relative to it. `watch`: HTML of the
-    links to lifetimes in figures that have none.
+    `out`: file that the page will be written to. Links are relative to this file. `watch`: HTML of
+    the links to lifetimes, for figures with commands but without links.
     """
     figure_names = FIGURE_PATTERN.findall(page)
     figure_numbers = {name: number for number, name in enumerate(figure_names, 1)}
@@ -150,13 +150,13 @@ class ReportFigure(NamedTuple):
     commands: Sequence[str] = ()
     # Lifetimes that the figure shows or summarizes.
     links: Sequence[Link] = ()
-    # Name of the files. The registry of the figures of a report sets it.
+    # Name of the files without a suffix. In the report of a study, `report.figures` sets the name.
     name: str = ""
     is_setup: bool = False  # Whether the figure describes the model.
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
-    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it."""
+    """Save a figure as SVG, PNG and CSV, and return the values for ``report/macros.html``."""
     saved = save_figure(figure.figure, folder, figure.name)
     files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
     if figure.table:
@@ -170,7 +170,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
         "caption": figure.caption,
         "alternative": figure.alternative,
         "shape": _name_shape(figure.figure),
-        "ratios": (saved.wide_ratio, saved.narrow_ratio),
+        "ratios": (saved.wide_ratio, saved.narrow_ratio),  # Width by height.
         "source": f"data:image/svg+xml;base64,{b64encode(saved.image).decode('ascii')}",
         "files": files,
         "commands": figure.commands,
@@ -179,7 +179,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
 
 
 def _name_shape(figure: Drawing) -> str:
-    """Return the CSS classes of a figure, by its size."""
+    """Return the CSS classes for the size of a figure in inches, such as "slim tall"."""
     width, height = figure.get_size_inches()
     if width < NARROW_WIDTH:
         return "narrow"

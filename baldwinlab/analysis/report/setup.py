@@ -1,4 +1,4 @@
-"""Setup of a study, as rows of a table, and its differences from the variants of a paper."""
+"""Setup of a study as rows of a table, and differences between the study and its paper."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from baldwinlab.papers.claims import OpenChoice
 from baldwinlab.papers.design import read_design
 from baldwinlab.papers.paper import STANDARD_VARIANT
 
-# Largest number of conditions that a report lists. For more, it lists the learners and the maps.
+# With more conditions, a report lists the learners and the maps instead of the conditions.
 MAX_LISTED_CONDITIONS: Final = 12
 
 
@@ -81,13 +81,13 @@ def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the numbers of runs that stopped before their last generation, or ""."""
+    """Return sentences on the runs that stopped before the last generation, or ""."""
     if GENERATION_COUNT not in data.coords:
         return ""
     texts = []
     for name, experiment in conditions.items():
         counts = data[GENERATION_COUNT].sel(condition=name).values
-        simulated = counts[counts > 0]
+        simulated = counts[counts > 0]  # A run that is not stored has the count 0.
         stopped = simulated[simulated < experiment.evolution.generations]
         if stopped.size:
             texts.append(
@@ -103,7 +103,7 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
 
 
 def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
-    """Return all conditions, or learners and maps if many conditions combine all of both."""
+    """Return rows (heading, text): all conditions, or the learners and maps of a large study."""
     learners = dict.fromkeys(condition.learner for condition in factors.values())
     maps = dict.fromkeys(condition.map for condition in factors.values())
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
@@ -157,10 +157,10 @@ def _describe_energy(foraging: Iterable[Experiment]) -> str:
 def describe_variant(
     experiment: Experiment, paper: Paper, tuned_settings: Collection[str] = ()
 ) -> str:
-    """Return the variant of the paper that an experiment follows, apart from tuned settings."""
+    """Return the variant with the same settings (except tuned ones), or a phrase on differences."""
     differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
-        # The paper may lack the condition, or the variant may not apply to it.
+        # A paper may lack the condition, and a variant may not apply to the condition.
         with suppress(ExperimentError, PaperError):
             base = paper.experiment(experiment.name, name)
             differences[name] = _list_changes(base, experiment, tuned_settings)
@@ -200,7 +200,7 @@ def _list_changes(
 def select_open_choices(
     results: Sequence[ClaimResult], conditions: Experiments
 ) -> list[tuple[OpenChoice, str, list[str]]]:
-    """Return the open choices of the paper that may explain differing claims."""
+    """Return open choices that may explain differing claims: (choice, values, ids of claims)."""
     claims_by_choice: dict[OpenChoice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
@@ -212,7 +212,7 @@ def select_open_choices(
 
 
 def format_setting(field: str, conditions: Experiments) -> str:
-    """Return the values of a setting, such as senses.visual_radius, in the study."""
+    """Return the values of a setting in the study, such as "40 or 60"; "" without values."""
     values = [
         dict(iterate_settings(experiment.to_dict())).get(field)
         for experiment in conditions.values()

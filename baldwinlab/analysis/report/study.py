@@ -50,10 +50,10 @@ class Headline(NamedTuple):
     question: str
     # At most two sentences.
     answer: Sequence[str]
-    # The effect with its interval, and its test. Empty for a single condition.
+    # Effect with interval, and test, of the first comparison. Empty for a single condition.
     effect: str
     test: str
-    # The link to the compared lifetimes, and the commands that write them as movies.
+    # Link to the compared lifetimes, and commands that write these lifetimes as movies.
     watch: Link | None
     commands: Sequence[str]
 
@@ -115,7 +115,7 @@ def cite(paper: Paper) -> str:
 
 
 def _describe_conditions(report: ReportData) -> list[str]:
-    """Return a sentence on the fitness of the first condition, which has no comparison."""
+    """Return sentences on the final fitness of the first condition, which has no comparison."""
     name = next(iter(report.experiments))
     values = fitness.final(report.data, "mean", report.last).sel(condition=name).dropna("run")
     if not values.size:
@@ -136,7 +136,7 @@ def _select_lives(report: ReportData, contrast: Contrast | None) -> list[StoredL
 
 
 def draw_report(report: ReportData) -> dict[str, Any]:
-    """Draw the figures of a report in its directory, and compute its contents."""
+    """Draw the figures into the folder of the study, and return the values of ``report.html``."""
     folder = report.directory / "figures"
     contrasts = report.contrasts if report.contrasts and report.contrasts.rows else None
     drawn = [save_and_inline(figure, folder) for figure in draw_figures(report)]
@@ -166,6 +166,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
 def _tabulate_summary(report: ReportData) -> tables.Table:
     """Return the table of the final values of each condition."""
     names = name_measures(fitness.outcome(report.data))
+    # The values of a row are in the order of `SUMMARY_COLUMNS`.
     rows = [
         [condition, names[measure], n_runs, *map(format_number, numbers)]
         for row in summarize_conditions(report.data, report.last)
@@ -176,7 +177,7 @@ def _tabulate_summary(report: ReportData) -> tables.Table:
 
 
 def _choose_main_figure(drawn: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the figure on the first screen: the first result."""
+    """Return the name of the figure on the first screen: the first figure of a result, or ""."""
     names = [str(figure["name"]) for figure in drawn if not figure["is_setup"]]
     return next(iter(names), "")
 
@@ -188,7 +189,7 @@ def _list_changed_settings(report: ReportData) -> list[str]:
 
 
 def _summarize_claims(report: ReportData) -> dict[str, Any]:
-    """Return the contents of a report that depend on its claims."""
+    """Return the values of ``report.html`` that depend on the claims."""
     results: Sequence[ClaimResult] = report.results
     findings = [finding for result in results for finding in result.findings]
     differing = content.select_differing_claims(results)
@@ -214,7 +215,7 @@ def write_report(
     sections: Sequence[Section] = (),
     summary: ReportSummary | None = None,
 ) -> Path:
-    """Write a report as one HTML file, atomically."""
+    """Write a report as one HTML file, atomically. `contents`: the result of `draw_report`."""
     page = render("report/report.html", sections=sections, top=summary, **contents)
     links = contents["condition_links"]
     watch = render("report/watch.html", links=links) if links else ""

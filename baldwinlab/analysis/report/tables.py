@@ -1,7 +1,7 @@
-"""Tables of pages, and the phrases for findings in them.
+"""Tables of HTML pages, and phrases for the findings in the tables.
 
 A table has a heading for each column, and rows of cells that are text or Markup.
-The macro `table` of ``report/macros.html`` is the only one that writes their HTML.
+The macro `table` of ``report/macros.html`` writes the HTML of every table.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from baldwinlab.analysis.statistics.comparisons import Pairs
 from baldwinlab.experiment.outcome import FOOD_OUTCOMES, name_share
 from baldwinlab.papers.claims import KINDS
 
-# CSS classes of the columns of a comparison. The other columns have numbers, each on one line.
+# CSS classes of the columns of a comparison, by key. The other columns (numbers) are "plain".
 COMPARISON_CLASSES: Final = {"condition": "", "verdict": "plain", "effect": "measured"}
 
 Cells = Sequence[Any]
@@ -41,11 +41,11 @@ MEASURE_NAMES = {
 
 
 class Table(NamedTuple):
-    """A table of a page. Each group of rows is a `tbody`, and its heading is the first column."""
+    """A table of a page. A group is a `tbody`: a heading in the first column, and its rows."""
 
     label: str  # Name for screen readers.
     columns: Mapping[str, str]  # The CSS class of the cells by heading, such as "right".
-    groups: Sequence[tuple[Any, Sequence[Cells]]]  # Headings, and rows without their headings.
+    groups: Sequence[tuple[Any, Sequence[Cells]]]  # (heading, rows). Rows omit the first column.
     style: str = "numbers"  # CSS classes. The rows of "claims" are blocks on a phone.
     caption: str = ""  # Shown above the table.
 
@@ -53,7 +53,7 @@ class Table(NamedTuple):
 def tabulate(
     label: str, texts: Iterable[str], numbers: Iterable[str], rows: Iterable[Cells]
 ) -> Table:
-    """Return a table with columns of texts, then of numbers. A row begins with its heading."""
+    """Return a table with one row per group. `texts`, then `numbers` are headings of columns."""
     columns = dict.fromkeys(texts, "") | dict.fromkeys(numbers, "right")
     return Table(label, columns, [(heading, [cells]) for heading, *cells in rows])
 
@@ -66,35 +66,35 @@ def badge(verdict: str) -> Markup:
 
 
 def show_verdict(entry: Any) -> Markup:
-    """Return the badge of an entry with a label, and whether its verdict is unstable."""
+    """Return the badge of the label of an entry, then "unstable" if the entry is unstable."""
     labels = [entry.label, *[UNSTABLE] * entry.is_unstable]
     return Markup(" ").join(map(badge, labels))
 
 
 def add_detail(text: str, *details: str) -> Markup:
-    """Return a text with smaller details, those that are not empty."""
+    """Return a text, followed by the non-empty details in small type."""
     detail = "; ".join(filter(None, details))
     return Markup("{} <small>{}</small>").format(text, detail) if detail else Markup.escape(text)
 
 
 def emphasize(text: str, *details: str) -> Markup:
-    """Return a text in bold with smaller details."""
+    """Return a text in bold, followed by the non-empty details in small type."""
     return add_detail(Markup("<strong>{}</strong>").format(text), *details)
 
 
 def columns_of_comparisons(headings: Mapping[str, str]) -> dict[str, str]:
-    """Return columns of a table in the style "claims", by headings of `results.table`."""
+    """Return the columns of a table in the style "claims": CSS class by heading."""
     return {heading: COMPARISON_CLASSES.get(key, "plain") for key, heading in headings.items()}
 
 
 def number_cells(numbers: Any, p_holm: float, *details: str) -> list[Any]:
-    """Return the cells of a comparison for the columns `NUMBER_HEADINGS`."""
+    """Return the cells for `NUMBER_HEADINGS`. The details follow the effect, in small type."""
     cells: dict[str, Any] = dict(format_comparison(numbers, p_holm))
     return [*(cells | {"effect": emphasize(cells["effect"], *details)}).values()]
 
 
 def describe_medians(pairs: Pairs) -> str:
-    """Return the medians of both samples."""
+    """Return the medians of both samples, such as "12.5; compared with 10.2"."""
     return f"{format_number(pairs.median_a)}; compared with {format_number(pairs.median_b)}"
 
 
@@ -134,6 +134,7 @@ def tabulate_claims(results: Sequence[ClaimResult]) -> Table:
 
 
 def _head_claim(result: ClaimResult, n_parts: int) -> Markup:
+    """Return the heading of a claim. Several findings add the verdict of the claim."""
     claim = result.claim
     name = Markup("<strong>{}</strong> {}").format(claim.id, claim.title)
     heading = add_detail(name, f"{claim.text} ({KINDS[claim.kind][0]})")
@@ -170,7 +171,7 @@ def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
 
 
 def name_measures(outcome: str) -> dict[str, str]:
-    """Return the name of each measure."""
+    """Return the name of each common measure, for example "average agent" for "mean"."""
     names = MEASURE_NAMES | {"share": name_share(outcome)}
     if outcome in FOOD_OUTCOMES:
         return names
@@ -183,7 +184,7 @@ def name_measure(finding: Finding) -> str:
 
 
 def describe_comparison(finding: Finding) -> str:
-    """Return both conditions of a comparison with their medians."""
+    """Return a phrase: conditions, medians and measure; or one condition, measure and bound."""
     comparison = finding.comparison
     measure = name_measure(finding)
     if not comparison.b:

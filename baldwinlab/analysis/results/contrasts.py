@@ -26,7 +26,7 @@ COMPARISON_COLUMNS = (
     "a12",
     "verdict",
 )
-"""The columns of a comparison in every table."""
+"""The columns of a comparison in every table. The last field, `a12`, follows `p_holm`."""
 
 
 class Contrast(NamedTuple):
@@ -37,7 +37,7 @@ class Contrast(NamedTuple):
     measure: str  # One of `COMPARED_MEASURES`.
     outcome: str  # Name of the compared quantity, from `name_outcome`.
     numbers: statistics.Comparison
-    test: FamilyTest  # Its p-value is corrected for all comparisons of the study.
+    test: FamilyTest  # The p-value is corrected for all comparisons of the study.
 
     @property
     def verdict(self) -> str:
@@ -50,15 +50,15 @@ class Contrast(NamedTuple):
 
     @property
     def required_runs(self) -> int | None:
-        """The number of runs that would decide an undecided comparison, if any.
+        """The number of runs that would decide the comparison if the effect is the observed one.
 
-        The effect is assumed to be the observed one.
+        None if the comparison is decided, or if no realistic number of runs would decide it.
         """
         return None if self._is_decided else self.test.required_runs
 
     @property
     def note(self) -> str:
-        """The number that decides, if needed, and the runs that an undecided comparison needs."""
+        """Phrases: why the corrected p-value decides, and how many runs would decide. Can be ""."""
         numbers = self.numbers
         return self.test.explain(numbers.low, numbers.high, is_decided=self._is_decided)
 
@@ -80,11 +80,11 @@ class Contrasts:
     pairing: str  # A sentence that states which conditions are compared.
     last: int  # Number of final generations over which a run is averaged.
     rows: tuple[Contrast, ...]
-    instruction: str = ""  # A sentence that says how to add runs, with "{runs}" for their number.
+    instruction: str = ""  # How to add runs, with "{runs}" for the number of runs.
 
     @property
     def rows_by_pair(self) -> list[list[Contrast]]:
-        """The comparisons, grouped by the two conditions."""
+        """The comparisons, grouped by pair of conditions. Rows of a pair follow each other."""
         pairs = groupby(self.rows, key=lambda row: (row.condition, row.reference))
         return [list(rows) for _, rows in pairs]
 
@@ -102,7 +102,7 @@ class Contrasts:
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """Average the measures over the last generations of each run, (condition, run)."""
+    """Average `mean` and `best` over the last generations of each run, (condition, run)."""
     values = {measure: fitness.final(dataset, measure, last) for measure in COMPARED_MEASURES}
     attributes = {"outcome": fitness.outcome(dataset)}
     return xr.Dataset(values, attrs=attributes).reset_coords(drop=True)
@@ -128,7 +128,7 @@ def compare_final_values(
     outcome = fitness.outcome(finals)
     numbers = {
         (*pair, measure): _compare_runs(finals[measure], *pair)
-        for pair in pairs.items()
+        for pair in pairs.items()  # (condition, reference)
         for measure in COMPARED_MEASURES
     }
     family = correct_family(
@@ -142,9 +142,9 @@ def compare_final_values(
 
 
 def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, str]:
-    """Return the condition with which each condition is compared, except for the references.
+    """Return the condition with which each condition is compared. A reference has no entry.
 
-    Every condition is compared with the baseline, if a baseline is given. Otherwise it is compared
+    If a baseline is given, it is the reference of all conditions. Otherwise a condition is compared
     with the first condition on the same map, and in a multiverse under the same variant. A
     condition that is alone on its map, or has no map, is compared with the first condition of the
     study.
@@ -153,8 +153,8 @@ def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[
         return {name: baseline for name in factors if name != baseline}
     names_by_map: dict[Factors, list[str]] = {}
     for name, levels in factors.items():
-        # Equal for conditions that share all factors but the learner. Without a map, the name makes
-        # the group unique.
+        # The key is equal for conditions that share all factors but the learner. Without a map, the
+        # name makes the key unique.
         group = levels._replace(learner="" if levels.map else name)
         names_by_map.setdefault(group, []).append(name)
     groups = [names for names in names_by_map.values() if len(names) > 1]

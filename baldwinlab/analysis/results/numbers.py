@@ -10,12 +10,13 @@ from typing import Any
 
 
 def format_number(value: float) -> str:
-    """Return about three digits of a number, or a dash if it is not finite."""
+    """Return about three digits, such as "1,235", "12.3" or "1.23"; a dash if not finite."""
     if not math.isfinite(value):
         return "–"
     if value == 0:
         return "0"
     text = f"{value:,.{_decimals(value)}f}"
+    # A small negative number is shown as "0.00", without a minus sign.
     is_zero = float(text.replace(",", "")) == 0
     return text.removeprefix("-") if is_zero else text.replace("-", "−")
 
@@ -27,12 +28,12 @@ def _decimals(value: float) -> int:
 
 
 def format_signed(value: float) -> str:
-    """Return a number with its sign."""
+    """Return a number with its sign, such as "+1.23"; 0 has no sign."""
     return f"+{format_number(value)}" if value > 0 else format_number(value)
 
 
 def format_p_value(p: float) -> str:
-    """Return a p-value, or a dash if it is NaN."""
+    """Return a p-value, such as "1.9e-09", "0.013" or "0.45"; a dash for NaN."""
     if math.isnan(p):
         return "–"
     if p < 0.001:
@@ -41,13 +42,13 @@ def format_p_value(p: float) -> str:
 
 
 def format_estimate(value: float, low: float, high: float) -> str:
-    """Return a value with its 95 % interval, such as "1.20 [1.10, 1.30]", if that is defined."""
+    """Return "1.20 [1.10, 1.30]": a value and the interval, or "1.20" without an interval."""
     interval = "" if math.isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
     return f"{format_number(value)}{interval}"
 
 
 def join_names(names: Sequence[str]) -> str:
-    """Return a list in words, such as "C1, C2 and C3"."""
+    """Return names as text, such as "C1, C2 and C3"; "" without names."""
     *preceding, last = names or [""]
     return f"{', '.join(preceding)} and {last}" if preceding else last
 
@@ -58,7 +59,7 @@ def finite_or_none(value: float) -> float | None:
 
 
 def replace_undefined(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a record for JSON: `finite_or_none` of its numbers."""
+    """Return values for JSON, with None for each float that is NaN or infinite."""
     return {
         name: finite_or_none(value) if isinstance(value, float) else value
         for name, value in values.items()

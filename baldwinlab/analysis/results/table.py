@@ -17,8 +17,7 @@ SUMMARY_MEASURE: Final = "mean"
 AGENT_NAMES: Final = {"mean": "average agent", "best": "best agent"}
 # Largest number of conditions with a sentence of their own.
 MAX_SENTENCES: Final = 3
-# The numbers in each table of comparisons, of conditions, claims and assays, by key of
-# `format_comparison`.
+# Headings of the numbers in all tables of comparisons, by key of `format_comparison`.
 NUMBER_HEADINGS: Final[Mapping[str, str]] = {
     "effect": "Effect [95 % interval]",
     "p": "p",
@@ -38,7 +37,7 @@ HEADINGS: Final[Mapping[str, str]] = {
 def format_comparison(numbers: Comparison | Pairs, p_holm: float) -> dict[str, str]:
     """Return the numbers of a comparison as text, by the keys of `NUMBER_HEADINGS`.
 
-    A12 of pairs is the share of runs above 0, where a tie counts half.
+    A12 of pairs is the fraction of runs above 0, where a tie counts half.
     """
     if isinstance(numbers, Pairs):
         runs = f"{numbers.above} above, {numbers.below} below 0, of {numbers.n}"
@@ -102,7 +101,7 @@ def state_verdict(contrast: Contrast) -> str:
 
 
 def format_effect(numbers: Comparison | Pairs) -> str:
-    """Return an effect with its interval, such as "+198 [171, 224]"; a level has no sign."""
+    """Return an effect with its interval: "+198 [171, 224]". Without sample b, it has no "+"."""
     is_level = isinstance(numbers, Comparison) and not numbers.n_b
     sign = "+" if numbers.effect > 0 and not is_level else ""
     return f"{sign}{format_estimate(numbers.effect, numbers.low, numbers.high)}"
@@ -117,7 +116,7 @@ def format_test(contrast: Contrast) -> str:
 
 
 def summarize_contrasts(contrasts: Contrasts) -> list[str]:
-    """Return sentences on the comparisons of the average agent: their number, then the largest.
+    """Return sentences on the average agent: how many conditions differ, then the largest effects.
 
     A single comparison has one sentence.
     """
@@ -125,7 +124,7 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     if len(rows) < 2:
         return [describe_contrast(row) for row in rows]
     significant = [row for row in rows if row.verdict in ("higher", "lower")]
-    significant.sort(key=lambda row: -abs(row.numbers.effect))
+    significant.sort(key=lambda row: -abs(row.numbers.effect))  # Largest effect first.
     outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
     verdicts = [row.verdict for row in significant]
     verb = "differ" if len(significant) > 1 else "differs"

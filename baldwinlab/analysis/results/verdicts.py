@@ -32,7 +32,7 @@ EQUIVALENT: Final = "equivalent"
 # Directions of a difference between two samples.
 HIGHER: Final = "higher"
 LOWER: Final = "lower"
-# All of them can be undecided, or be replaced by the reason why nothing was decided.
+# Words of all kinds of results: undecided, or a reason why nothing was decided.
 UNDECIDED: Final = "undecided"
 TOO_FEW_RUNS: Final = "too few runs"
 NOT_MEASURABLE: Final = "not measurable"
@@ -55,7 +55,7 @@ MARKS: Final[Mapping[str, str]] = {
     NOT_MEASURED: "–",
     UNSTABLE: "~",
 }
-"""Marks of the words, which also stand alone in small cells."""
+"""Marks of the words. In small cells, a mark stands without its word."""
 
 Difference = Literal["higher", "lower", "undecided", "too few runs"]
 Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
@@ -66,7 +66,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 def find_direction(numbers: Comparison | Pairs) -> int:
-    """Return 1 or -1 if a is larger or smaller in the effect and in A12, else 0."""
+    """Return 1 if a is larger in the effect and in A12, -1 if a is smaller in both, else 0."""
     if numbers.effect > 0 and numbers.a12 > 0.5:
         return 1
     return -1 if numbers.effect < 0 and numbers.a12 < 0.5 else 0
@@ -91,8 +91,8 @@ def decide(rule: Rule, comparison: Comparison, p_holm: float, bound: Bound) -> V
 def _decide_survival(comparison: Comparison, p_holm: float) -> Verdict:
     """Decide the claim that a survives longer than b.
 
-    It is undecided, unless the log-rank test is significant and its statistic has the sign of the
-    effect, which is the difference of the restricted means.
+    The claim is undecided, unless the log-rank test is significant and the log-rank statistic has
+    the sign of the effect. The effect is the difference of the restricted means.
     """
     if p_holm < SIGNIFICANCE_LEVEL and comparison.u * comparison.effect > 0:
         return HOLDS if comparison.effect > 0 else FAILS
@@ -100,7 +100,7 @@ def _decide_survival(comparison: Comparison, p_holm: float) -> Verdict:
 
 
 def has_enough_runs(comparison: Comparison) -> bool:
-    """Return whether the runs of each sample are enough for an interval."""
+    """Return whether each sample has enough runs for an interval. Size 0 means no sample b."""
     sizes = [size for size in (comparison.n_a, comparison.n_b) if size]
     return min(sizes, default=0) >= MIN_INTERVAL_RUNS
 
@@ -114,7 +114,7 @@ def _decide_interval(rule: Rule, comparison: Comparison, bound: Bound) -> Verdic
         return HOLDS if low <= lowest and highest <= high else FAILS
     is_inside = lowest <= low and high <= highest
     if rule.statistic == "probability":
-        # Without a success, the interval begins at 0, and no probability above 0 is shown.
+        # The limits are excluded: an interval that begins at 0 shows no probability above 0.
         is_inside = lowest < low and high < highest
     if is_inside:
         return HOLDS
@@ -132,7 +132,7 @@ def combine_verdicts(verdicts: list[Verdict]) -> Verdict:
 
 @dataclass(frozen=True)
 class FamilyTest:
-    """A test of a family whose p-values are corrected by Holm's method."""
+    """A test of a family of tests, with the p-value before and after Holm's correction."""
 
     planned: PlannedTest
     # Uncorrected and corrected p-value.
@@ -149,15 +149,15 @@ class FamilyTest:
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether no values of these sizes can be significant."""
+        """Whether no samples of these sizes can be significant."""
         return self.smallest_p_holm >= SIGNIFICANCE_LEVEL
 
     def find_direction(self, numbers: Comparison | Pairs) -> int:
-        """Return 1 or -1 if a is significantly larger or smaller, else 0."""
+        """Return 1 if a is significantly larger, -1 if a is significantly smaller, else 0."""
         return find_direction(numbers) if self.is_significant else 0
 
     def name_difference(self, numbers: Comparison | Pairs) -> Difference:
-        """Return the direction of a significant difference, or why none is shown."""
+        """Return "higher" or "lower" for a significant difference, else why none is shown."""
         undecided: Difference = TOO_FEW_RUNS if self.has_too_few_runs else UNDECIDED
         names: Mapping[int, Difference] = {1: HIGHER, 0: undecided, -1: LOWER}
         return names[self.find_direction(numbers)]
@@ -187,10 +187,10 @@ def correct_family(tests: Mapping[Key, tuple[PlannedTest, float]]) -> dict[Key, 
 
 
 def explain_verdict(low: float, high: float, p_holm: float, required_runs: str = "") -> str:
-    """Explain a verdict: the number that decides, and the runs that an undecided one needs.
+    """Explain a verdict: which number decides, and how many runs an undecided test needs.
 
-    An interval is that of a single comparison. The verdict uses the p-value corrected for all
-    comparisons, so it can be undecided although the interval excludes 0. A rank test can also be
+    The interval is of a single comparison. The verdict uses the p-value corrected for all
+    comparisons, and can be undecided although the interval excludes 0. A rank test can also be
     significant although the interval of the medians includes 0. `required_runs` is the result of
     `describe_required_runs`. The result is "" if nothing needs an explanation.
     """

@@ -1,7 +1,8 @@
 """Analysis of the stages of a paper: comparisons with controls, and the specification curve.
 
-A learning rule is compared with noise controls and with its matched controls. The value of a run is
-the mean fitness of its last generation on unseen maps.
+A learning rule is compared with noise controls, which have no useful learning (evo+motor-noise),
+and with matched controls of the same rule (evo+crbp+yoked). The value of a run is the mean fitness
+of the last generation on unseen maps.
 
 References
 ----------
@@ -37,29 +38,30 @@ class ControlEffect(NamedTuple):
 
     control: str  # Name of the control condition, with its map.
     numbers: Comparison
-    p: float  # The p-value of the table: for noise controls, the largest of all noise controls.
-    # `p`, corrected by the method of Benjamini and Hochberg for all learners and maps.
+    p: float  # Uncorrected. For noise controls, the largest p-value of all noise controls.
+    # p, corrected by the method of Benjamini and Hochberg for all learners and maps.
     q: float = nan
 
 
 @dataclass(frozen=True)
 class NoiseComparison:
-    """A learner on a map."""
+    """The values of a learner on a map, compared with controls."""
 
     condition: str
     learner: str
     map: str
     # The tuned setting and its value, such as "rate 0.03", or "".
     setting: str
-    values: Sample
+    values: Sample  # Fitness on unseen maps [run].
+    # 95 % interval of the median over runs.
     low: float
     high: float
-    hurdle: Hurdle
+    hurdle: Hurdle  # The runs that take off.
     # Comparison with the noise control that has the largest median.
     noise: ControlEffect | None
     # Comparisons with the matched controls, by kind.
     matched: Mapping[str, ControlEffect]
-    # Verdict of the claim that the learner has more than each noise control, or "".
+    # Verdict of the claim that the learner eats more than each noise control, or "".
     verdict: str
 
     @property
@@ -108,14 +110,15 @@ def compare_with_noise(
     settings: Mapping[str, str],
     results: Sequence[ClaimResult] = (),
 ) -> list[NoiseComparison]:
-    """Compare each learner with the noise controls of its map, and with its matched controls.
+    """Compare each learner with the noise controls and the matched controls on the same map.
 
     `values`: fitness on unseen maps [run] by condition, without conditions that have no value.
-    `noise_controls`: names of the noise controls, without their maps. Returns a row for each
-    condition except the matched controls, in the order of the conditions. The correction of the
-    q-values is for all rows, separately for each kind of control.
+    `noise_controls`: learners, for example "evo+motor-noise". Returns a row for each condition
+    except the matched controls, in the order of `values`. The q-values of each kind of control are
+    corrected over all rows.
     """
     conditions = {factors[name]: name for name in values}
+    # For example, evo+crbp+yoked is matched to evo+crbp.
     matched_names = {
         name for name in values if factors[name].learner.rpartition("+")[2] in MATCHED_KINDS
     }
@@ -148,7 +151,7 @@ def compare_with_noise(
             verdict=verdicts.get(name, ""),
         )
         for name in rows
-        for interval in [median_interval(values[name])]
+        for interval in [median_interval(values[name])]  # Assigns a variable.
     ]
 
 
@@ -159,9 +162,9 @@ def _compare_with_best(
     factors: Mapping[str, Factors],
     noise_controls: Iterable[str],
 ) -> ControlEffect | None:
-    """Compare a learner with the noise control of the largest median.
+    """Compare a learner with the noise control of the largest median. None for a noise control.
 
-    A learner has more than the best noise control if it has more than each. The p-value of this
+    The question is whether the learner eats more than each noise control. The p-value of this
     intersection-union test is the largest p-value (R. L. Berger, Technometrics 24, 1982).
     """
     learner = factors[name]
@@ -194,7 +197,7 @@ def _compare_with_matched(
 
 
 def _correct(effects: Mapping[str, ControlEffect | None]) -> dict[str, ControlEffect]:
-    """Return the effects with their q-values."""
+    """Return the effects with q-values, without the conditions that have no effect (None)."""
     measured = {name: effect for name, effect in effects.items() if effect}
     qs = q_values([effect.p for effect in measured.values()]).tolist()
     return {
@@ -205,7 +208,7 @@ def _correct(effects: Mapping[str, ControlEffect | None]) -> dict[str, ControlEf
 def _find_verdicts(
     results: Sequence[ClaimResult], factors: Mapping[str, Factors], noise_controls: Sequence[str]
 ) -> dict[str, str]:
-    """Return the verdict of the claim that compares a condition with noise controls only."""
+    """Return, by condition, the verdict of a claim that compares it with noise controls only."""
     verdicts = {}
     for result in results:
         conditions = {finding.comparison.a for finding in result.findings}
@@ -219,12 +222,12 @@ def _find_verdicts(
 
 
 class RankAgreement(NamedTuple):
-    """Rank orders of several judges."""
+    """Rank orders of several judges. Here, the judges are specifications that rank learners."""
 
     # [judge, object]. Rank 1 has the largest value, and equal values have their mean rank.
     ranks: Sample
-    # Kendall's W, corrected for ties: 0 for no agreement, 1 for equal rank orders. NaN if judges or
-    # objects are fewer than two, or if all values of each judge are equal.
+    # Kendall's W, corrected for ties: 0 for no agreement, 1 for equal rank orders. NaN without two
+    # judges and two objects, or if all values of each judge are equal.
     w: float
     p: float  # p-value of no agreement, by the chi-squared approximation.
 
@@ -235,7 +238,7 @@ def measure_agreement(values: Sample) -> RankAgreement:
     n_judges, n_objects = ranks.shape
     sums = ranks.sum(axis=0)
     ties = sum(_count_ties(row) for row in ranks)
-    largest = n_judges**2 * (n_objects**3 - n_objects) - n_judges * ties
+    largest = n_judges**2 * (n_objects**3 - n_objects) - n_judges * ties  # Divisor of W.
     if n_judges < 2 or largest == 0:
         return RankAgreement(ranks, np.nan, np.nan)
     w = 12 * float(((sums - sums.mean()) ** 2).sum()) / largest
@@ -291,10 +294,10 @@ class SpecificationResults(NamedTuple):
 def evaluate_specifications(
     values: Mapping[str, Sample], factors: Mapping[str, Factors], noise_controls: Sequence[str]
 ) -> SpecificationResults | None:
-    """Rank the learners in each specification by their mean fitness on unseen maps.
+    """Rank the learners in each specification by the mean fitness on unseen maps.
 
-    `values`: [run] by condition. Returns the results, over specifications that have all conditions.
-    None if there is none.
+    A specification is a combination of settings, stored as `Factors.variant`. `values`: fitness
+    [run] by condition. Specifications without all conditions are left out. None if none is left.
     """
     learners = list(dict.fromkeys(factor.learner for factor in factors.values()))
     maps = dict.fromkeys(factor.map for factor in factors.values())
@@ -311,6 +314,7 @@ def evaluate_specifications(
             ]
     if not means:
         return None
+    # [specification, learner]
     table = np.array(list(means.values()))
     agreement = measure_agreement(table)
     is_noise = np.array([learner in noise_controls for learner in learners])

@@ -1,6 +1,6 @@
-"""Report of a study in stages: sentences, a table for each map, and figures.
+"""Report of a study in stages: sentences, a table for each map, figures and data files.
 
-Writes `learners.json` and `figures/learners.csv`.
+The data files are `learners.json` and `figures/learners.csv`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ CURVE_TITLE: Final = "Specification curve"
 # Height of a row, and of the title and the axis of a panel, in inches.
 ROW_HEIGHT: Final = 0.2
 AXIS_HEIGHT: Final = 0.75
-# Size of a point. A row has up to hundreds of them.
+# Size of a point. It is small, because a row has up to hundreds of points.
 POINT_SIZE: Final = 2.0
 # Values up to this number of items are on a linear scale, and larger ones on a logarithmic scale.
 LINEAR_LIMIT: Final = 1.0
@@ -64,8 +64,8 @@ class StagedResults:
     """The results of a study in stages."""
 
     rows: Sequence[NoiseComparison]  # The learners on all maps.
-    noise_controls: Sequence[str]
-    # The specification curve, None if it is not stored.
+    noise_controls: Sequence[str]  # Without maps, for example "evo+motor-noise".
+    # The specification curve, or None if it is not stored.
     specifications: SpecificationResults | None
     settings: Mapping[str, str]  # The values of each factor of the specification curve, as text.
     digests: Mapping[str, str]  # SHA-256 of the claims and of the tuned values, by file.
@@ -95,7 +95,7 @@ def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
 
 
 def _tabulate_learners(results: StagedResults, map_name: str) -> Table:
-    """Return the learners on a map, with their noise control and their matched controls."""
+    """Return a row per learner on a map, with the best noise control and the matched controls."""
     kinds = [kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)]
     rows = [
         [
@@ -187,7 +187,7 @@ def _list_learners(rows: Sequence[NoiseComparison]) -> str:
 
 
 def make_section(results: StagedResults, directory: Path) -> Section:
-    """Make the section with the figures and the frozen files."""
+    """Make the section with the figures and the digests of the frozen files."""
     folder = directory / "figures"
     runs_figure = ReportFigure(
         name="unseen-maps",
@@ -267,7 +267,7 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
     maps = list(dict.fromkeys(row.map for row in rows))
     n_learners = max(sum(row.map == name for row in rows) for name in maps)
     panel_height = AXIS_HEIGHT + ROW_HEIGHT * n_learners
-    figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)
+    figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)  # No legend.
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
         axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
@@ -297,7 +297,7 @@ def _choose_color(learner: str, noise_controls: Sequence[str]) -> str:
 
 
 def _scale_items(axes: Axes, values: Sample) -> None:
-    """Set a scale of items that shows zero, one and hundreds."""
+    """Set a scale that is linear up to one item, and logarithmic for up to hundreds of items."""
     axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
     # A margin keeps points off the frame.
     low = min(1.5 * float(values.min()), -0.2)

@@ -15,15 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Sample = np.ndarray[Any, np.dtype[np.float64]]
+Sample = np.ndarray[Any, np.dtype[np.float64]]  # [value], usually one value per run.
 # Number of bootstrap resamples.
 RESAMPLES = 10_000
 # Fixed seed of the resamples, which makes intervals reproducible.
 SEED = 1896
 CONFIDENCE_LEVEL = 0.95
-# Largest sample whose resamples stay in memory: 80 MB.
+# Largest sample whose resamples are cached, which takes 80 MB.
 MAX_CACHED_VALUES = 1000
-# Largest number of values of a batch of resamples: 8 MB per array of a batch.
+# Largest number of values in a batch of resamples, so that an array of a batch takes 8 MB.
 MAX_BATCH_VALUES = 2**20
 Indices = npt.NDArray[np.int64]
 
@@ -132,7 +132,7 @@ def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
 
 
 def resample_medians(values: Sample, generator: np.random.Generator | None = None) -> Sample:
-    """Compute the median of each bootstrap resample, [resample]."""
+    """Compute the median of each bootstrap resample, [resample]. The default seed is `SEED`."""
     if generator is None and values.size <= MAX_CACHED_VALUES:
         n_batches = len([*split_resamples(RESAMPLES, values.size)])
         batches = iter(np.array_split(_draw_first_indices(values.size), n_batches))
@@ -151,7 +151,7 @@ def resample_medians(values: Sample, generator: np.random.Generator | None = Non
     return np.concatenate(medians, dtype=np.float64)
 
 
-# Most samples of a study have the same size, and drawing takes longer than sorting.
+# Cached: most samples of a study have the same size, and drawing takes longer than sorting.
 @lru_cache(maxsize=1)
 def _draw_first_indices(n_values: int) -> Indices:
     """Return the first resamples of a generator with the seed `SEED`."""
@@ -161,7 +161,7 @@ def _draw_first_indices(n_values: int) -> Indices:
 
 
 def split_resamples(n_resamples: int, n_values: int) -> Iterator[int]:
-    """Yield the number of resamples of each batch, which bounds the memory of a batch."""
+    """Yield the number of resamples of each batch. Batches limit the memory."""
     n_rows = max(1, MAX_BATCH_VALUES // n_values)
     for start in range(0, n_resamples, n_rows):
         yield min(n_rows, n_resamples - start)
@@ -170,7 +170,7 @@ def split_resamples(n_resamples: int, n_values: int) -> Iterator[int]:
 def draw_resamples(
     generator: np.random.Generator, n_resamples: int, n_values: int
 ) -> Iterator[Indices]:
-    """Yield batches of indices [resample, value], which together are those of a single draw."""
+    """Yield batches of indices [resample, value]. All batches together equal a single draw."""
     for n_rows in split_resamples(n_resamples, n_values):
         yield generator.integers(0, n_values, (n_rows, n_values))
 

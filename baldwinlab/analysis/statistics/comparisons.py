@@ -1,6 +1,6 @@
 """Comparisons of two samples, unpaired or in pairs, and the stability of their verdicts.
 
-The stability of a verdict is the share of bootstrap samples of runs with the same verdict.
+The stability of a verdict is the fraction of bootstrap samples of runs with the same verdict.
 
 References
 ----------
@@ -36,7 +36,7 @@ from baldwinlab.analysis.statistics.rank_tests import (
     signed_rank_tails,
 )
 
-# A verdict with a smaller share of bootstrap samples is unstable.
+# A verdict with a smaller stability is unstable.
 MIN_STABILITY = 0.9
 # Number of bootstrap samples of a stability.
 STABILITY_RESAMPLES = 500
@@ -107,7 +107,7 @@ class Pairs(NamedTuple):
 
     @property
     def a12(self) -> float:
-        """Share of pairs in which a is larger, where a tie counts half."""
+        """Fraction of pairs in which a is larger, where a tie counts half."""
         ties = self.n - self.above - self.below
         return (self.above + ties / 2) / self.n
 
@@ -206,7 +206,7 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     -------
     Comparison
         `p` is the p-value of the signed-rank test, `effect` the median difference, and `a12` the
-        share of pairs in which a is larger, where a tie counts half. `u` is NaN.
+        fraction of pairs in which a is larger, where a tie counts half. `u` is NaN.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
 def verdict_stability(
     values: Sample, verdict: str, decide: Callable[[Sample], Sequence[str]]
 ) -> float:
-    """Compute the share of bootstrap samples of runs with the same verdict.
+    """Compute the fraction of bootstrap samples of runs with the same verdict.
 
     `decide` returns the verdict on each sample of values [sample, run].
     """
@@ -243,10 +243,10 @@ def verdict_stability(
 def direction_stability(
     a: Sample, b: Sample, direction: int, level: float, *, is_paired: bool
 ) -> float:
-    """Compute the share of bootstrap samples of runs with the same direction of a rank test.
+    """Compute the fraction of bootstrap samples of runs with the same direction of a rank test.
 
-    The verdict of a bootstrap sample follows `rules.direction`. Its p-value is exact if that of
-    the runs is exact. `level` is that of the uncorrected p-value.
+    `direction` is 1, -1 or 0, and `level` is the level of the uncorrected p-value. The p-value of a
+    bootstrap sample uses an exact distribution if the p-value of the runs is exact.
     """
     if is_paired:
         differences = a - b
@@ -266,7 +266,11 @@ def direction_stability(
 
 
 def _draw_two_samples(size_a: int, size_b: int) -> Iterator[tuple[Indices, Indices]]:
-    """Yield batches of resamples of both samples. Those of `a` are drawn before those of `b`."""
+    """Yield batches of indices [resample, run] of both samples.
+
+    One generator would draw all resamples of `a` before those of `b`. Two generators give the same
+    indices batch by batch: `generator_b` first skips the random numbers of `a`.
+    """
     generator_a, generator_b = np.random.default_rng(SEED), np.random.default_rng(SEED)
     for _ in draw_resamples(generator_b, STABILITY_RESAMPLES, size_a):
         pass
@@ -280,7 +284,7 @@ def _draw_two_samples(size_a: int, size_b: int) -> Iterator[tuple[Indices, Indic
 def _find_paired_directions(differences: Sample, level: float, *, ignores_ties: bool) -> Sample:
     """Return the direction of the signed-rank test of each sample [sample, pair]."""
     p = 2 * np.minimum(*signed_rank_tails(differences, ignores_ties=ignores_ties))
-    # Ties count half.
+    # Ties count half in A12.
     a12 = 0.5 + np.sign(differences).mean(axis=1) / 2
     return _find_significant(np.median(differences, axis=1), p, a12, level)
 
@@ -296,6 +300,6 @@ def _find_directions(
 
 
 def _find_significant(effects: Sample, p: Sample, a12: Sample, level: float) -> Sample:
-    """Return the sign of each effect, or 0 if it is not significant."""
+    """Return the sign of each effect, or 0 if p is not below the level or A12 has another sign."""
     is_significant = (p < level) & (np.sign(effects) == np.sign(a12 - 0.5))
     return np.where(is_significant, np.sign(effects), 0)

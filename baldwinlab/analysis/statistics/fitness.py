@@ -1,8 +1,8 @@
 """Measure the fitness of populations by generation, at the start and at the end of a run.
 
 The functions take a dataset with the dimensions (condition, run, generation, agent). Missing runs
-are NaN, in the input and in the result. A run that stopped before its last generation has the value
-of its last simulated generation in the later ones, until the longest run of its condition ends.
+are NaN, in the input and in the result. A run that stopped early repeats the value of its last
+simulated generation, until the longest run of its condition ends.
 Fitness is the energy of the items that an agent eats during its lifetime. In Le (2019) each item
 gives 1, so fitness is the number of items.
 
@@ -33,7 +33,7 @@ UNSEEN_MAPS_VARIABLE = "unseen maps"
 
 
 def _prefer_cached(measure: Curve) -> Curve:
-    """Wrap a measure: return the values cached by `cache_measures`, or else compute them."""
+    """Wrap a measure: return the values that `cache_measures` stored, or else compute them."""
 
     @wraps(measure)
     def cached(dataset: xr.Dataset) -> xr.DataArray:
@@ -64,9 +64,9 @@ def mean(dataset: xr.Dataset) -> xr.DataArray:
 
 @_prefer_cached
 def share(dataset: xr.Dataset) -> xr.DataArray:
-    """Compute the share of agents that eat at least one item, (condition, run, generation).
+    """Compute the fraction of agents that eat at least one item, (condition, run, generation).
 
-    For models without food, it is the share of agents with fitness above 0.
+    For models without food, compute the fraction of agents with fitness above 0.
     """
     shares = _reduce_agents(
         gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count_agents(food)
@@ -77,7 +77,7 @@ def share(dataset: xr.Dataset) -> xr.DataArray:
 def _reduce_agents(
     values: xr.DataArray, reduce: Callable[[AgentValues], AgentValues]
 ) -> xr.DataArray:
-    """Reduce the dimension `agent`; NaN if no agent has a value."""
+    """Apply `reduce` to the agents [generation, agent] of each run. NaN without a value."""
     agents = values.transpose(..., "generation", "agent")
     result = agents.isel(agent=0, drop=True).astype(np.float64)
     with np.errstate(invalid="ignore"):
@@ -98,6 +98,7 @@ def hold_last(values: xr.DataArray) -> xr.DataArray:
     count = values[GENERATION_COUNT]
     has_stopped = (values["generation"] >= count) & (count > 0)
     is_held = has_stopped & (values["generation"] < count.max("run"))
+    # For runs without data (count 0), the index 0 has no effect, because `is_held` is False.
     last_values = values.isel(generation=(count - 1).clip(min=0)).drop_vars("generation")
     return values.where(~is_held, last_values).transpose(*values.dims)
 
@@ -109,7 +110,7 @@ def _count_agents(values: AgentValues) -> AgentValues:
 
 
 def gain(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the number of items that each agent eats, or its fitness in models without food."""
+    """Return the number of items that each agent eats, or the fitness in models without food."""
     energy = dataset["energy"]
     return dataset["food_eaten"].fillna(energy) if "food_eaten" in dataset else energy
 
@@ -123,7 +124,7 @@ MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}
 
 
 def cache_measures(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with a variable for each of `MEASURES`, which their functions then read.
+    """Return the dataset with a variable for each of `MEASURES`, which the measures then read.
 
     A report reads the measures about twenty times, and a study may have millions of agents.
     """
@@ -134,8 +135,8 @@ def cache_measures(dataset: xr.Dataset) -> xr.Dataset:
 def final(dataset: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
     """Average one of `MEASURES` over the last generations of each run, (condition, run).
 
-    A condition with fewer generations is averaged over all of them. Each condition ends with its
-    last stored generation, and a run that stopped ends with its last simulated generation.
+    A condition with fewer generations is averaged over all generations. A condition ends with the
+    last stored generation. A run that stopped ends with the last simulated generation.
     """
     return average_last(MEASURES[measure](dataset), last)
 
@@ -158,14 +159,14 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
         # A stopped run ends before the other runs of its condition.
         is_present = is_present & (values["generation"] < values[GENERATION_COUNT])
     # Conditions end at different generations, so count only generations with a value.
-    position = is_present.cumsum("generation")
+    position = is_present.cumsum("generation")  # Rank of a generation, from 1.
     n_skipped = is_present.sum("generation") - length
     is_inside = position > n_skipped if from_end else position <= length
     return values.where(is_present & is_inside).mean("generation", keep_attrs=True)
 
 
 def typical_run(dataset: xr.Dataset, condition: str) -> int:
-    """Return the run nearest to the median final mean fitness. ValueError: no run is stored."""
+    """Return the run whose final mean fitness is nearest to the median. ValueError without runs."""
     means = final(dataset, "mean").sel(condition=condition).dropna("run")
     if not means.size:
         raise ValueError(f"there is no run of {condition}")
@@ -176,7 +177,7 @@ def typical_run(dataset: xr.Dataset, condition: str) -> int:
 def largest_gain(dataset: xr.Dataset) -> xr.DataArray:
     """Return the largest number of items that an agent eats in any generation, (condition, run).
 
-    For models without food, it is the largest fitness.
+    For models without food, return the largest fitness.
     """
     if "food_eaten" in dataset:
         return gain(dataset).max(("generation", "agent"))
@@ -186,10 +187,10 @@ def largest_gain(dataset: xr.Dataset) -> xr.DataArray:
 def compute_species_curves(
     data: xr.Dataset, names: Sequence[str], curves: Iterable[str]
 ) -> dict[str, dict[str, xr.DataArray]]:
-    """Compute curves of each species, by name of the curve and of the species.
+    """Compute curves (..., run, generation), by name of the curve and of the species.
 
-    `curves` are names that `list_species_curves` returns. "composition" is the share of the species
-    in all agents. The fitness of a species without agents is NaN.
+    `curves` are names that `list_species_curves` returns. "composition" is the fraction of all
+    agents that belong to the species. The fitness of a species without agents is NaN.
     """
     return {
         curve: {
@@ -200,7 +201,7 @@ def compute_species_curves(
 
 
 def _compute_curve(data: xr.Dataset, curve: str, index: int) -> xr.DataArray:
-    """Return a curve of the species with an index."""
+    """Return the curve of the species with the given index."""
     is_member = data["species"] == index
     n_agents = data["species"].notnull().sum("agent")
     energy = data["energy"].where(is_member)
@@ -233,10 +234,10 @@ def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, 
 
 
 def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
+    """Add the mean fitness on unseen maps to the runs, as `UNSEEN_MAPS_VARIABLE` (condition, run).
 
-    `UNSEEN_MAPS_VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no
-    assay is stored.
+    `assays`: the stored assay `unseen-maps` by condition. The new variable is NaN for conditions
+    without the assay. Without any assay, the dataset is returned unchanged.
     """
     if not assays:
         return data

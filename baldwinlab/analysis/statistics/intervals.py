@@ -1,6 +1,7 @@
 """Intervals of curves and of proportions of runs, and the hurdle model of a bimodal effect.
 
-The hurdle model has the share of runs that take off, and the size given take-off.
+The hurdle model has two parts: the fraction of runs that take off (the value exceeds a threshold),
+and the median value of these runs.
 
 References
 ----------
@@ -33,15 +34,15 @@ class CurveInterval(NamedTuple):
 
 
 def interval_of_mean(values: xr.DataArray, over: str = "run") -> CurveInterval:
-    """Compute the mean and its 95 % interval by Student's t, which is NaN for a single value.
+    """Compute the mean, and the 95 % interval by Student's t, which is NaN for a single value.
 
     If no value is negative, the interval is cut off at 0. It is also cut off at the attribute
-    `valid_max` of the values, which is 1 for shares. Neither cut changes the coverage.
+    `valid_max` of the values, which is 1 for fractions. Neither cut changes the coverage.
     """
     count = values.count(over)
     average = values.mean(over)
     variance = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
-    quantiles = stats.t.ppf(HIGH_QUANTILE, np.maximum(count - 1, 1))
+    quantiles = stats.t.ppf(HIGH_QUANTILE, np.maximum(count - 1, 1))  # NumPy, without labels.
     half_width = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
     low = average - half_width
     if not bool((values < 0).any()):
@@ -51,7 +52,7 @@ def interval_of_mean(values: xr.DataArray, over: str = "run") -> CurveInterval:
 
 
 def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval:
-    """Compute the median and its 95 % interval by the sign test, which is NaN below six values.
+    """Compute the median, and the 95 % interval by the sign test, which is NaN below six values.
 
     The interval is valid for any distribution. It reaches from the k-th smallest to the k-th
     largest value, where k is the 2.5 % quantile of the binomial distribution with probability 1/2
@@ -71,7 +72,7 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval
 def tabulate_interval(
     interval: CurveInterval, center: str = "median", **columns: xr.DataArray
 ) -> list[dict[str, Any]]:
-    """Return the rows of a table: coordinates, `columns`, the mean or median, low and high."""
+    """Return the rows of a table: coordinates, `columns`, the center, and the ends low and high."""
     numbers = {center: interval.center, "low": interval.low, "high": interval.high}
     return list(xr.Dataset({**columns, **numbers}).to_dataframe().reset_index().to_dict("records"))
 
@@ -99,7 +100,7 @@ def proportion_interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def estimate_probability(values: npt.NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the share of runs with an event, and the ends of its interval.
+    """Return the fraction of runs with an event, and the ends of its 95 % interval.
 
     Parameters
     ----------

@@ -37,18 +37,18 @@ class RandomEffects(NamedTuple):
 
 
 def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:
-    """Combine the effects of at least `MIN_PAPERS` papers by a random-effects model."""
+    """Combine the effects [paper] of at least `MIN_PAPERS` papers by a random-effects model."""
     # The import takes seconds.
     from statsmodels.stats.meta_analysis import combine_effects
 
-    # The fields that divide by 0 without a spread between papers are not used.
+    # Fields that are not used here divide by 0 if the papers have no spread.
     with np.errstate(divide="ignore", invalid="ignore"):
         model = combine_effects(effects, standard_errors**2, method_re="pm")
     mean = float(model.mean_effect_re)
-    variance = float(model.var_hksj_re)
+    variance = float(model.var_hksj_re)  # Of the mean, by Hartung and Knapp.
     tail = (1 + CONFIDENCE_LEVEL) / 2
     margin = float(stats.t.ppf(tail, effects.size - 1)) * np.sqrt(variance)
-    deviation = np.sqrt(float(model.tau2) + variance)
+    deviation = np.sqrt(float(model.tau2) + variance)  # tau2: variance between papers.
     prediction_margin = float(stats.t.ppf(tail, effects.size - 2)) * deviation
     return RandomEffects(
         papers=effects.size,

@@ -38,7 +38,7 @@ def signed_rank(differences: Sample) -> float:
     """Compute the two-sided p-value of Wilcoxon's signed-rank test.
 
     p is exact for up to 13 differences, with or without ties, and for up to 50 without ties.
-    Otherwise it is the normal approximation with the correction for ties.
+    Otherwise p is the normal approximation with the correction for ties.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ def signed_rank(differences: Sample) -> float:
     """
     if differences.size > MAX_EXACT_SIGNS or not _has_tied_differences(differences):
         return float(stats.wilcoxon(differences).pvalue)
-    # SciPy would take a second or more, because it enumerates the signs one at a time.
-    share_below, share_above = _enumerate_signs(differences[None])
+    # SciPy would take a second or more, because SciPy enumerates the signs one at a time.
+    share_below, share_above = _enumerate_signs(differences[None])  # One sample.
     return min(1.0, 2 * min(float(share_below[0]), float(share_above[0])))
 
 
@@ -72,10 +72,10 @@ def _has_tied_differences(differences: Sample) -> bool:
 def signed_rank_tails(samples: Sample, *, ignores_ties: bool = False) -> tuple[Sample, Sample]:
     """Compute both one-sided p-values of Wilcoxon's signed-rank test for samples [sample, pair].
 
-    The alternatives are that differences are below 0 and above 0. p is exact for up to 13
-    differences. For more, it is that of SciPy. Zeros are ignored. p is 1 if all differences are 0.
-    With `ignores_ties`, p uses the exact distribution of differences without ties. Bootstrap
-    samples have ties, although the p-value of their runs is exact.
+    Returns p-values [sample] of the alternatives that differences are below 0 and above 0. p is
+    exact for up to 13 differences, and else as in SciPy. Zeros are ignored. p is 1 if all are 0.
+    `ignores_ties`: with more than 13 differences, use the exact distribution without ties. This
+    suits bootstrap samples, which repeat values, if the p-value of the original runs is exact.
     """
     if samples.shape[1] <= MAX_EXACT_SIGNS:
         tails = [_enumerate_signs(block) for block in _split_samples(samples)]
@@ -93,17 +93,17 @@ def signed_rank_tails(samples: Sample, *, ignores_ties: bool = False) -> tuple[S
 
 def _split_samples(samples: Sample) -> list[Sample]:
     """Split samples [sample, value] into blocks of at most `SAMPLES_PER_BLOCK` samples."""
-    return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))
+    return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))  # Rounded up.
 
 
 def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
-    """Return the shares of all signs with a rank sum at most and at least the observed one."""
+    """Return the fractions [sample] of signs with a rank sum up to, and from, the observed one."""
     sizes = np.abs(samples)
     n_zeros = (sizes == 0).sum(axis=1, keepdims=True)
     # Ranks among the differences that are not 0, [sample, pair]. A difference of 0 has no rank.
     ranks = np.where(sizes > 0, stats.rankdata(sizes, axis=1) - n_zeros, 0.0)
     n_pairs = samples.shape[1]
-    # The bits of a number are a combination of signs, [combination, pair]: 1 is positive.
+    # The bits of an integer are a combination of signs, [combination, pair]. Bit 1 is positive.
     is_positive = (np.arange(2**n_pairs)[:, None] >> np.arange(n_pairs)) & 1
     # [combination, sample]
     rank_sums = is_positive.astype(np.float64) @ ranks.T
@@ -114,10 +114,10 @@ def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     """Compute the Mann-Whitney test.
 
-    p is exact without ties and with up to 40,000 pairs. With ties, it is exact if there are up to
-    20,000 ways to divide the values into samples of the sizes of `a` and `b`. Samples of 8 and 8
-    have 12,870 ways.
-    Otherwise it is the normal approximation with the corrections for ties and continuity.
+    p is exact without ties and with up to 40,000 pairs. With ties, p is exact if there are up to
+    20,000 ways to divide the values into samples of the sizes of `a` and `b`. For example, samples
+    of 8 and 8 have 12,870 ways. Otherwise p is the normal approximation with the corrections for
+    ties and continuity.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     u : float
         Pairs in which a is larger, where a tie counts half.
     p : float
-        The two-sided p-value. If all values are equal, it is 1.
+        The two-sided p-value, which is 1 if all values are equal.
     """
     pooled = np.concatenate([a, b])
     n_pairs = a.size * b.size
@@ -141,7 +141,7 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     u = float(result.statistic)
     if method == "asymptotic" and comb(pooled.size, a.size) <= MAX_EXACT_ARRANGEMENTS:
-        ranks = stats.rankdata(pooled)[None]
+        ranks = stats.rankdata(pooled)[None]  # [sample, value], with one sample.
         return u, float(_enumerate_arrangements(ranks, a.size)[0])
     return u, float(result.pvalue)
 
@@ -155,10 +155,10 @@ def has_exact_mann_whitney(a: Sample, b: Sample) -> bool:
 def mann_whitney_tests(
     samples_a: Sample, samples_b: Sample, *, ignores_ties: bool
 ) -> tuple[Sample, Sample]:
-    """Compute u and p of `mann_whitney` for each pair of samples [sample, value].
+    """Compute u and p [sample] of `mann_whitney` for each pair of samples [sample, value].
 
-    With `ignores_ties`, p uses the exact distribution of values without ties if there are too many
-    arrangements to count. Bootstrap samples have ties, although the p-value of their runs is exact.
+    `ignores_ties`: with too many arrangements to count, use the exact distribution without ties.
+    This suits bootstrap samples, which repeat values, if the p-value of the original runs is exact.
     """
     size_a, size_b = samples_a.shape[1], samples_b.shape[1]
     if comb(size_a + size_b, size_a) <= MAX_EXACT_ARRANGEMENTS:
@@ -175,9 +175,9 @@ def mann_whitney_tests(
 
 
 def _enumerate_arrangements(ranks: Sample, size_a: int) -> Sample:
-    """Return the exact p-value of each rank sum of sample a, of ranks [sample, value]."""
+    """Return the exact p-values [sample] of ranks [sample, value]. Ranks of sample a are first."""
     n_values = ranks.shape[1]
-    # The two-sided p-value of both rank sums is the same, and the smaller sample has fewer terms.
+    # Both rank sums have the same two-sided p-value. The sum of the smaller sample has fewer terms.
     is_a_smaller = 2 * size_a <= n_values
     size = size_a if is_a_smaller else n_values - size_a
     smaller = ranks[:, :size_a] if is_a_smaller else ranks[:, size_a:]
@@ -219,10 +219,11 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
 def equivalence_p(samples: Sample, bound: float, *, ignores_ties: bool = False) -> Sample:
     """Compute the p-value of the two one-sided signed-rank tests for samples [sample, pair].
 
-    One test shows that the differences are below `bound`, the other that they are above `-bound`.
-    The p-value is the larger of the two. If all differences are 0, both one-sided tests have their
-    smallest p-value, `0.5 ** n`, also with a bound of 0. The bound is fixed before the data are
-    seen. With 0, no other sample is equivalent. `ignores_ties`: see `signed_rank_tails`.
+    One test shows that the differences are below `bound`. The other test shows that the differences
+    are above `-bound`. The result is the larger p-value [sample]. If all n differences are 0, the
+    result is the smallest possible p-value, `0.5 ** n`, even if `bound` is 0. No other sample is
+    equivalent with the bound 0. The bound is fixed before the data are seen. `ignores_ties`: see
+    `signed_rank_tails`.
     """
     below, _ = signed_rank_tails(samples - bound, ignores_ties=ignores_ties)
     _, above = signed_rank_tails(samples + bound, ignores_ties=ignores_ties)

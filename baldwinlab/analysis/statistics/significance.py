@@ -46,7 +46,7 @@ MAX_RUNS = 10_000
 class PlannedTest(NamedTuple):
     """A two-sided test and its sample sizes, before any value is known."""
 
-    # Sizes of the samples, at least 1. For pairs, both are the number of pairs.
+    # Sizes of the samples, at least 1. For pairs, both sizes are the number of pairs.
     n_a: int
     n_b: int
     method: TestMethod = "Mann-Whitney"  # "Wilcoxon" is the signed-rank test of pairs.
@@ -136,7 +136,7 @@ def signed_rank_runs(differences: Sample, level: float) -> int | None:
     result is None if more than `MAX_RUNS` runs are needed. It is never less than the smallest
     number of runs with which the test can be significant.
     """
-    sums = differences[:, None] + differences
+    sums = differences[:, None] + differences  # [run, other run]
     # By run: probability that the sum with another difference is above 0. A tie counts half.
     is_above = np.where(sums == 0, 0.5, sums > 0)
     np.fill_diagonal(is_above, 0.0)
@@ -158,7 +158,7 @@ def signed_rank_runs(differences: Sample, level: float) -> int | None:
 def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
     """Compute the level of the next test that Holm's method would find significant.
 
-    It is the level of significance, divided by the number of tests that are not significant.
+    The level is the level of significance, divided by the number of tests that are not significant.
     """
     n_undecided = int((np.asarray(corrected, np.float64) >= SIGNIFICANCE_LEVEL).sum())
     return SIGNIFICANCE_LEVEL / max(1, n_undecided)
@@ -167,11 +167,11 @@ def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
 def levels_of_tests(corrected: Sequence[float] | Sample) -> Sample:
     """Compute the level at which Holm's method tests each p-value of a family.
 
-    It is the level of significance, divided by the number of tests whose p-values are not smaller.
+    The level is the level of significance, divided by the number of p-values that are not smaller.
     Tests that are not significant have the level of `level_of_next_test`.
     """
     p_values = np.asarray(corrected, np.float64)
-    n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)
+    n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)  # [test]
     levels = SIGNIFICANCE_LEVEL / np.maximum(1, n_not_smaller)
     return np.where(p_values < SIGNIFICANCE_LEVEL, levels, level_of_next_test(p_values))
 
@@ -186,6 +186,7 @@ def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
     score = float(stats.norm.isf(p / 2))
     if score <= 0:
         return None
+    # The harmonic mean of the sample sizes.
     n_runs = 2 * test.n_a * test.n_b / (test.n_a + test.n_b)
     quantiles = float(stats.norm.isf(level / 2)) + float(stats.norm.ppf(POWER))
     sizes = (runs for runs in count(1) if test._replace(n_a=runs, n_b=runs).smallest_p < level)
@@ -196,11 +197,9 @@ def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
 def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None:
     """Compute the number of runs whose interval of the observed effect contains no bound.
 
-    It is at least `MIN_INTERVAL_RUNS`.
-
     The width of an interval decreases with the square root of the number of runs. An infinite bound
-    is not used. The result is the number of runs for a probability of 80 %, or None if it is
-    undefined or more than `MAX_RUNS`.
+    is not used. The result is the number of runs for a probability of 80 %, at least
+    `MIN_INTERVAL_RUNS`, or None if the number is undefined or more than `MAX_RUNS`.
     """
     distance = min(abs(comparison.effect - bound) for bound in bounds if isfinite(bound))
     half_width = (comparison.high - comparison.low) / 2
@@ -229,14 +228,15 @@ def q_values(p_values: Sequence[float] | Sample) -> Sample:
 def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
     """Compute the p-value below which each test is significant, given all other tests.
 
-    A test has a q-value below the level of significance exactly if its p-value is below its limit.
+    The q-value of a test is below the level of significance exactly if its p-value is below the
+    returned p-value.
     """
     ps = np.asarray(p_values, np.float64)
     ranks = np.arange(1, ps.size + 1)
     criticals = np.empty_like(ps)
     for index in range(ps.size):
         remaining = np.sort(np.delete(ps, index))
-        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit.
+        # Rank k is possible if k - 1 of the remaining p-values are below the limit of rank k.
         possible = np.flatnonzero(remaining * (ps.size / ranks[1:]) < SIGNIFICANCE_LEVEL)
         rank = ranks[possible[-1] + 1] if possible.size else 1
         criticals[index] = _find_limit(ps.size / rank)

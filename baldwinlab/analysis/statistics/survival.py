@@ -29,9 +29,9 @@ from baldwinlab.analysis.statistics.bootstrap import (
 )
 from baldwinlab.analysis.statistics.comparisons import Comparison
 
-# Tolerance of comparisons with a survival curve, whose points are products of rounded factors.
+# Tolerance of comparisons with a survival curve, because the curve is a product of rounded numbers.
 ROUNDING_TOLERANCE = 1e-9
-# Number of runs that are compared with all runs of another sample at once.
+# Number of runs that are compared with another sample at once, which limits the memory.
 ROWS_PER_BATCH = 256
 
 
@@ -51,7 +51,7 @@ class Survival(NamedTuple):
 
     @property
     def follow_up(self) -> float:
-        """The time up to which the curve is defined; infinite if the last event is a death."""
+        """The time up to which the curve is defined. Infinite if the last event is a death."""
         last_time = float(self.times.max())
         return last_time if self.censored[self.times == last_time].any() else inf
 
@@ -100,7 +100,7 @@ def _check_survival(sample: Survival) -> Survival:
 
 
 def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
-    """Return the statistic of the log-rank test, and its two-sided p-value; 0 and 1 if undefined.
+    """Return the log-rank statistic and the two-sided p-value, or (0, 1) without a result.
 
     The statistic is standard normal if the samples have the same distribution, and above 0 if a
     survives longer.
@@ -111,14 +111,15 @@ def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
         result = stats.logrank(censored_a, censored_b)
     if np.isnan(result.pvalue):
         return 0.0, 1.0
+    # The statistic of SciPy is below 0 if a survives longer.
     return -float(result.statistic), float(result.pvalue)
 
 
 def median(sample: Survival) -> float:
     """Compute the median survival time from the Kaplan-Meier curve.
 
-    It is the time at which the curve falls below 1/2, or the middle of the interval in which it
-    equals 1/2. It is NaN if the curve does not fall below 1/2.
+    The median is the time at which the curve falls below 1/2, or the middle of the interval in
+    which the curve equals 1/2. The median is NaN if the curve does not fall below 1/2.
     """
     times, share_alive = _compute_curve(sample, np.ones(sample.times.size))
     times_at_most_half = times[share_alive < 0.5 + ROUNDING_TOLERANCE]
@@ -133,8 +134,8 @@ def restricted_mean(
 ) -> Sample:
     """Compute the area under the Kaplan-Meier curve up to a time, for each resample.
 
-    `counts` is the number of times that each resample contains each run, [..., run]. By default,
-    each run counts once.
+    `counts` is the number of times that each resample contains each run, [..., run], in the order
+    of the times. By default, each run counts once.
     """
     run_counts = np.ones(sample.times.size) if counts is None else counts
     times, share_alive = _compute_curve(sample, run_counts)
@@ -144,12 +145,12 @@ def restricted_mean(
 
 
 def _compute_curve(sample: Survival, counts: npt.NDArray[np.generic]) -> tuple[Sample, Sample]:
-    """Return the times in order, and the share [..., run] that is alive after each time.
+    """Return the sorted times [run], and the fraction alive after each time, [..., run].
 
-    At equal times, deaths precede censoring.
+    `counts` [..., run] are in the order of the times. At equal times, deaths precede censoring.
     """
     order = np.lexsort((sample.censored, sample.times))
-    # The number of runs whose time is not shorter: a sum from the end.
+    # The number of runs that are alive before each time: a cumulative sum from the end.
     n_at_risk = np.cumsum(counts[..., ::-1], axis=-1)[..., ::-1]
     share_dying = counts * ~sample.censored[order] / np.maximum(1, n_at_risk)
     return sample.times[order], np.cumprod(1 - share_dying, axis=-1)
@@ -170,8 +171,9 @@ def _resample_means(sample: Survival, end_time: float, generator: np.random.Gene
 
 
 def _share_of_certain_pairs(a: Survival, b: Survival) -> float:
-    """Return the share of pairs in which a certainly survives longer than b."""
+    """Return the fraction of pairs in which a certainly survives longer than b."""
     n_pairs = 0
+    # Batches of at most `ROWS_PER_BATCH` indices. The number of batches is rounded up.
     for rows in np.array_split(np.arange(a.times.size), -(-a.times.size // ROWS_PER_BATCH)):
         # Columns, so that the results are [a, b].
         times_a = a.times[rows, None]

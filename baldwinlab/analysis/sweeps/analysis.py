@@ -1,11 +1,11 @@
 """Response of the final fitness to the fields of a sweep.
 
-The value of a run is its average over the last generations. In a grid or a list, each
-run is averaged over the points that share a value, and intervals are for the mean over runs. In a
-random or a Sobol sample, each point is averaged over its runs, and intervals are for the mean over
-points.
+A point of a sweep is one combination of field values. The value of a run is its average over the
+last generations. In a grid or a list, each run is averaged over the points with the same value, and
+intervals are for the mean over runs. In a random or a Sobol sample, each point is averaged over the
+runs, and intervals are for the mean over points.
 
-Source: C. Spearman, American Journal of Psychology 15 (1904), for the rank correlation.
+Rank correlation: C. Spearman, American Journal of Psychology 15 (1904).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MIN_GROUPS: Final = 2
 MAX_GROUPS: Final = 8
 # Smallest number of points for a rank correlation.
 MIN_CORRELATED_POINTS: Final = 3
-# Smallest number of points in a group of several values.
+# Number of points per group of several values, unless `MAX_GROUPS` or `MIN_GROUPS` limits it.
 MIN_GROUP_POINTS: Final = 5
 # Columns of responses.csv after the fields.
 RESPONSE_COLUMNS: Final = ("measure", "runs", "mean", "low", "high")
@@ -41,40 +41,37 @@ class Group(NamedTuple):
     """Points with the same value of a field, or with neighboring values."""
 
     label: str
-    # Position on the axis of the field: the value, the median of several values, or for text the
-    # index of the value.
+    # Position on the axis: a value, the median of several values, or the index of a text.
     position: float
-    points: npt.NDArray[np.intp]
+    points: npt.NDArray[np.intp]  # Indices of the points.
 
 
 class Response(NamedTuple):
-    """Mean of a measure over a group of points, with its 95 % interval. NaN if undefined."""
+    """Mean of a measure over a group of points, with the 95 % interval. NaN if undefined."""
 
     field: str
     group: str
     position: float
     measure: str
-    points: int
+    points: int  # Number of points.
     mean: float
     low: float
     high: float
 
 
 class Correlation(NamedTuple):
-    """Spearman's correlation of a field with a measure, whose values are means over runs."""
+    """Spearman's correlation of a field with the mean of a measure over runs, by point."""
 
     field: str
     measure: str
     points: int
     rho: float
-    # Two-sided p-value, by Student's t.
-    p: float
-    # p-value, corrected for all fields and measures.
-    p_holm: float
+    p: float  # Two-sided p-value, by Student's t.
+    p_holm: float  # p, corrected for all fields and measures.
 
 
 def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """Average each measure over the last generations (point, run). Fields are coordinates."""
+    """Average each measure over the last generations (point, run). Fields become coordinates."""
     averages = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
     finals = xr.Dataset(averages, attrs=sweep.attrs)
     if "point" not in finals.dims:
@@ -116,12 +113,10 @@ def list_values(values: xr.DataArray) -> list[Any]:
 
 
 def group_points(finals: xr.Dataset, field: str) -> list[Group]:
-    """Group the points by their value of a field.
+    """Group the points by their value of a field. Groups of numbers are in ascending order.
 
     If a sample or a list has more than eight different numbers, quantiles form up to eight groups
-    of similar size, with at least five points each.
-
-    Returns groups, with numbers in ascending order.
+    of similar size, with about five points or more each.
     """
     values = finals[field].values
     distinct = list_values(finals[field])
@@ -139,7 +134,7 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
             for value, position in zip(distinct, positions, strict=True)
         ]
     n_groups = min(MAX_GROUPS, max(MIN_GROUPS, values.size // MIN_GROUP_POINTS))
-    inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]
+    inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]  # Without 0 and 1.
     edges = np.quantile(values, inner_quantiles)
     group_indices = np.searchsorted(edges, values, side="right")
     return [
@@ -187,10 +182,9 @@ def list_pairs(sweep: xr.Dataset) -> list[tuple[str, str]]:
 def compute_table(
     finals: xr.Dataset, row: str, column: str, measure: str
 ) -> npt.NDArray[np.float64]:
-    """Return means over runs and all other fields.
+    """Return means over runs and all other fields, [group of `row`, group of `column`].
 
-    `measure`: "best", "mean" or "share". Returns shape (values of `row`, values of `column`), in
-    the order of `group_points`.
+    `measure`: "best", "mean" or "share". The groups have the order of `group_points`.
     """
     means = finals[measure].mean("run").values
     column_groups = group_points(finals, column)
@@ -209,7 +203,7 @@ def _finite_mean(values: npt.NDArray[np.float64]) -> float:
 
 
 def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
-    """Return Spearman's correlation of measures and numeric fields, NaN if one is constant."""
+    """Return correlations of numeric fields with measures, NaN for constants or under 3 points."""
     correlations = []
     for field in finals.attrs["fields"]:
         if is_number(finals[field]):
@@ -232,7 +226,7 @@ def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
 
 
 def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple[float, float]:
-    """Return the correlation of values with means, [point], and its p-value."""
+    """Return the correlation of values with means [point], and the p-value."""
     is_constant = np.unique(values).size == 1 or np.unique(means).size == 1
     if values.size < MIN_CORRELATED_POINTS or is_constant:
         return nan, nan
@@ -241,7 +235,7 @@ def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple
 
 
 def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
-    """Return a row per point and measure: the fields, the runs, and the mean with its interval."""
+    """Return a row per point and measure with the keys "point", fields and `RESPONSE_COLUMNS`."""
     fields = finals.attrs["fields"]
     intervals = {measure: interval_of_mean(finals[measure]) for measure in fitness.MEASURES}
     n_runs = finals["mean"].count("run").values

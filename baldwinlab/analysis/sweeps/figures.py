@@ -25,7 +25,7 @@ MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share":
 MAX_TICKS: Final = 8
 # Smallest ratio of the largest to the smallest value on a log scale.
 MIN_LOG_RANGE: Final = 10
-# Largest numbers of characters in a line of the label of a panel, and of a wider axis.
+# Largest numbers of characters in a line: the label of a panel, and the label of a wider axis.
 LINE_LENGTH: Final = 26
 LONG_LINE_LENGTH: Final = 60
 # Largest number of horizontal labels of a field of texts.
@@ -33,7 +33,7 @@ MAX_HORIZONTAL_LABELS: Final = 3
 # Largest numbers of columns and rows of a heat map with numbers in its cells.
 MAX_NUMBERED_COLUMNS: Final = 5
 MAX_NUMBERED_ROWS: Final = 8
-# Heights of a row and of a heat map, and of its title, color bar and labels, in inches.
+# Heights in inches: a row, a heat map, and the title, color bar and labels of a heat map.
 ROW_HEIGHT: Final = 0.32
 MIN_MAP_HEIGHT: Final = 0.9
 MAX_MAP_HEIGHT: Final = 3.2
@@ -43,15 +43,15 @@ MIN_TOP: Final = 1e-9
 
 
 def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
-    """Return the scale of an axis.
+    """Return the scale of an axis: "log", "symlog" or "linear".
 
-    Returns "log" if the positive values span a factor of ten or more, and are spaced more evenly on
-    a log scale than on a linear scale. "symlog" if they also include 0. Otherwise "linear".
+    "log" needs positive values that span a factor of ten or more, and that are spaced more evenly
+    on a log scale than on a linear scale. If 0 is also a value, the scale is "symlog".
     """
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
     has_negative = numbers.size > 0 and numbers[0] < 0
-    # Two values have one distance between neighbors. Only three or more have a spread of distances.
+    # Two values have a single distance, so only three or more can be spaced unevenly.
     if has_negative or positive.size < 2 or positive[-1] < MIN_LOG_RANGE * positive[0]:
         return "linear"
     if positive.size > 2 and _measure_unevenness(np.log(positive)) >= _measure_unevenness(positive):
@@ -60,7 +60,7 @@ def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
 
 
 def _measure_unevenness(numbers: npt.NDArray[np.float64]) -> float:
-    """Return the relative standard deviation of the distances between neighbors."""
+    """Return the standard deviation of the distances between neighbors, divided by the mean."""
     steps = np.diff(numbers)
     return float(steps.std() / steps.mean())
 
@@ -69,8 +69,7 @@ def _measure_unevenness(numbers: npt.NDArray[np.float64]) -> float:
 def draw_response_curves(finals: xr.Dataset) -> Figure:
     """Draw the mean of each measure by the value of each field, with its 95 % interval.
 
-    The figure has one row per field, one column per measure. A random or Sobol sample has a dot per
-    point.
+    The figure has a row per field and a column per measure. A sample also has a dot per point.
     """
     fields = finals.attrs["fields"]
     figure = Figure((FIGURE_WIDTH, 0.3 + 2.2 * len(fields)))
@@ -104,7 +103,7 @@ def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) ->
         means = finals[measure].mean("run")
         axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
     centers = [response.position for response in responses]
-    estimates = np.array([response[-3:] for response in responses]).T
+    estimates = np.array([response[-3:] for response in responses]).T  # Mean, low and high.
     draw_estimates(axes, centers, estimates, EstimateStyle(BLUE), is_joined=has_numbers)
     if has_numbers:
         _scale_axis(axes, finals[field].values)

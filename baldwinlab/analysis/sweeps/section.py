@@ -133,7 +133,7 @@ def _tabulate_responses(finals: xr.Dataset, field: str) -> Table:
 
 
 def _tabulate_correlations(finals: xr.Dataset) -> Table | None:
-    """Return the rank correlations, or None if no field has enough points."""
+    """Return the rank correlations, or None if no field has numbers."""
     names = name_measures(fitness.outcome(finals))
     rows = [
         [
@@ -178,7 +178,6 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
 
 
 def _describe_curves(finals: xr.Dataset) -> str:
-    """Return the caption of the response curves."""
     if analysis.is_sampled(finals):
         return (
             "Each gray dot is the mean over the runs of a point. Blue marks are means over points "
@@ -214,7 +213,6 @@ def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
 
 
 def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
-    """Return one row per cell of the heat maps."""
     tables = {
         measure: analysis.compute_table(finals, row, column, measure)
         for measure in fitness.MEASURES
@@ -229,7 +227,7 @@ def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str,
 
 
 def describe_effects(finals: xr.Dataset) -> Iterator[str]:
-    """Yield sentences on a sweep whose points are not compared with each other."""
+    """Yield the correlations of a sample as sentences, or a sentence that nothing is tested."""
     if analysis.is_sampled(finals):
         yield from _describe_correlations(finals)
     else:
@@ -259,7 +257,7 @@ def _name_outcome(finals: xr.Dataset) -> str:
 
 
 def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
-    """Yield the lowest and the highest mean by each field, with intervals."""
+    """Yield a sentence per field: the groups with the lowest and the highest mean."""
     for field in finals.attrs["fields"]:
         responses = [
             response
@@ -283,16 +281,16 @@ def _format_response(response: Response) -> str:
 def link_points(
     finals: xr.Dataset, conditions: Sequence[str], generations: Sequence[int]
 ) -> list[Link]:
-    """Return links to the last generation of a typical run of points.
+    """Return links to the last generation of a typical run, one link per point with runs.
 
-    Returns one link per point with runs. Of many points, only those with the lowest and the highest
+    If there are too many points, only two have links: the points with the lowest and the highest
     fitness of the average agent.
     """
     values = finals[SUMMARY_MEASURE]
     links = []
     for point in _select_points(values.mean("run").values):
         runs = values.isel(point=point).dropna("run")
-        nearest = int(abs(runs - runs.median()).argmin("run"))
+        nearest = int(abs(runs - runs.median()).argmin("run"))  # Index of the typical run.
         life = StoredLife(conditions[point], int(runs["run"][nearest]), generations[point] - 1)
         links.append(make_link([life], _label_point(finals, point)))
     return links

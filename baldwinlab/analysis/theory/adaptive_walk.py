@@ -34,12 +34,13 @@ def compute_fixation_probabilities(mutant: Floats, resident: Floats, members: in
     Returns
     -------
     array
-        Probabilities. 0 for a mutant without fitness.
+        Probabilities. A mutant without fitness has the probability 0.
     """
     mutant, resident = np.broadcast_arrays(mutant, resident)
     with np.errstate(over="ignore"):
         ratios = np.divide(resident, mutant, out=np.zeros(mutant.shape), where=mutant > 0)
         total = np.ones(mutant.shape)
+        # Each step appends a term of the sum 1 + x + ... + x^(members - 1).
         for _ in range(members - 1):
             total = 1 + ratios * total
     return np.where(mutant > 0, 1 / total, 0.0)
@@ -60,7 +61,7 @@ def mutation_supply(bits: int, mutation_rate: float, trials: float = inf) -> flo
     mutation_rate : float
         Probability mu of a flip per bit and birth.
     trials : float
-        Number T of trials in a lifetime. Infinite: learning finds each bit.
+        Number T of trials in a lifetime. If it is infinite, learning restores every bit.
 
     Returns
     -------

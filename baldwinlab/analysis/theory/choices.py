@@ -1,13 +1,13 @@
 """Laws of choices between two options: innate preference, learning, and exploration.
 
-**Two states.** The better of two resources is the state. It persists from the first step of a
-parent's life to that of its child with the probability b, and from a step to the next with the
-probability w. An innate tracker always takes the first state of its parent's life. A learner also
-begins with it, and then takes the resource that was better in the last step.
+**Two states.** The state is the better of two resources. It persists from the first step of a
+parent's life to the first step of a child's life with the probability b, and from one step to the
+next with the probability w. An innate tracker always takes the first state of the parent's life. A
+learner does so in the first step, and then takes the resource that was better in the step before.
 
-**Bandit.** When does exploration pay? Arm 1 pays 0. Arm 2 pays a normal number with the mean mu and
-the standard deviation `noise`. The mean mu is drawn once per lifetime: it is normal with the mean
--1 and the standard deviation `uncertainty`. A lifetime has a fixed number of pulls.
+**Bandit.** When does exploration pay? Arm 1 pays 0. Arm 2 pays a random number that is normal with
+the mean mu and the standard deviation `noise`. The mean mu is drawn once per lifetime: it is normal
+with the mean -1 and the standard deviation `uncertainty`. A lifetime has a fixed number of pulls.
 
 References
 ----------
@@ -26,14 +26,14 @@ import numpy.typing as npt
 from scipy.stats import norm
 
 Floats = npt.NDArray[np.float64]
-# Mean payoff of arm 2 over all lifetimes. It is the unit of payoff.
+# Mean payoff of arm 2 over all lifetimes. Its size is the unit of payoff.
 MEAN_PAYOFF: Final = -1.0
 
 
 def tracker_payoff(between: float, within: float, steps: int) -> float:
     """Return the mean share of steps in which an innate tracker takes the better resource.
 
-    After t steps, the state is that of the parent with the probability
+    After t steps, the state is the first state of the parent's life with the probability
     1/2 + (b - 1/2) (2 w - 1)^t.
 
     Parameters
@@ -75,8 +75,8 @@ def learner_payoff(between: float, within: float, steps: int, cost: float = 0.0)
 def cost_threshold(between: float, within: float, steps: int) -> float:
     """Return the cost c* below which learning pays.
 
-    It is (1 / T) sum over t = 1..T-1 of w - 1/2 - (b - 1/2) (2 w - 1)^t, the difference of the
-    payoffs without a cost.
+    c* is the difference between the payoffs of learner and tracker without a cost:
+    (1 / T) sum over t = 1..T-1 of w - 1/2 - (b - 1/2) (2 w - 1)^t.
 
     Parameters
     ----------
@@ -128,10 +128,10 @@ class Exploration(NamedTuple):
 def compute_payoff(explored: npt.ArrayLike, bandit: Bandit) -> Floats:
     """Return the mean payoff of an agent that explores and then commits to one arm.
 
-    The agent pulls arm 2 n times. Then it pulls the arm with the larger posterior mean for the rest
-    of its life. Over all lifetimes, the posterior mean of arm 2 is normal with the mean m = -1 and
-    the variance v^2 = u^4 / (u^2 + s^2 / n), where u is the uncertainty and s is the noise. The
-    mean of its positive part is m Phi(m / v) + v phi(m / v).
+    The agent pulls arm 2 n times. For the rest of its life, it pulls the arm with the larger
+    posterior mean. Over all lifetimes, the posterior mean of arm 2 is normal with the mean m = -1
+    and the variance v^2 = u^4 / (u^2 + s^2 / n), where u is the uncertainty and s is the noise. The
+    mean of max(0, posterior mean) is m Phi(m / v) + v phi(m / v).
 
     Parameters
     ----------
@@ -150,11 +150,11 @@ def compute_payoff(explored: npt.ArrayLike, bandit: Bandit) -> Floats:
     Lange and Sprekeler 2020, for the question.
     """
     n = np.asarray(explored, np.float64)
-    # Without exploration, the posterior mean is the prior mean, which is below 0.
+    # Without exploration, the positive part is 0, because the prior mean is below 0.
     is_explored = n > 0
     evidence = np.where(is_explored, bandit.uncertainty**2 * n + bandit.noise**2, 1.0)
-    sd = bandit.uncertainty**2 * np.sqrt(n / evidence)
-    d = MEAN_PAYOFF / np.where(is_explored, sd, 1.0)
+    sd = bandit.uncertainty**2 * np.sqrt(n / evidence)  # v of the docstring.
+    d = MEAN_PAYOFF / np.where(is_explored, sd, 1.0)  # m / v, without a division by 0.
     positive_part = np.where(is_explored, MEAN_PAYOFF * norm.cdf(d) + sd * norm.pdf(d), 0.0)
     payoff: Floats = MEAN_PAYOFF * n + (bandit.pulls - n) * positive_part
     return payoff
@@ -174,7 +174,7 @@ def find_best_exploration(bandit: Bandit) -> Exploration:
     Returns
     -------
     Exploration
-        Pulls and payoff.
+        Best number of exploratory pulls, and the mean payoff of a lifetime.
 
     References
     ----------

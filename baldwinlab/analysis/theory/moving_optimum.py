@@ -1,9 +1,10 @@
 """Laws of a normal trait that follows a moving optimum, with a learned share of the distance.
 
-Fitness is exp(-((1 - a)^2 + c a^2) d^2 / (2 width^2)) at the distance d from the optimum. It is a
-normal function of d, with the squared width V_L of `selection_variance`. Selection moves the mean
-of a normal trait by the share v / (v + V_L) of its distance, and changes its variance v to
-v V_L / (v + V_L). Both statements are exact for a normal distribution in an infinite population.
+Fitness is exp(-((1 - a)^2 + c a^2) d^2 / (2 width^2)) at the distance d from the optimum, where a
+is the learned share of the distance, and c is the cost of learning. This is a normal function of d
+with the squared width V_L of `selection_variance`. Selection moves the mean of a normal trait by
+the fraction v / (v + V_L) of the distance from the mean to the optimum, and changes the variance v
+to v V_L / (v + V_L). Both are exact for a normal distribution in an infinite population.
 
 References
 ----------
@@ -14,7 +15,7 @@ References
 .. [3] M. G. Bulmer, "The effect of selection on genetic variability", The American Naturalist 105
    (1971): the infinitesimal model with selection.
 .. [4] M. Turelli, "Heritable genetic variation via mutation-selection balance", Theoretical
-   Population Biology 25 (1984): the approximation of a house of cards.
+   Population Biology 25 (1984): the house-of-cards approximation.
 """
 
 from __future__ import annotations
@@ -50,9 +51,9 @@ def steady_mismatch(
 ) -> float:
     """Return the distance to the optimum after learning, in the steady state.
 
-    The mean at birth stays behind by the distance at which selection moves it by k per generation:
-    k (v + V_L) / v. Learning removes the share a, so without a cost the remaining distance is
-    M = k ((1 - a) + width^2 / ((1 - a) v)).
+    In the steady state, selection moves the mean by k per generation, like the optimum. The mean at
+    birth is then at the distance k (v + V_L) / v. Learning removes the share a, so without a cost
+    the remaining distance is M = k ((1 - a) + width^2 / ((1 - a) v)).
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def steady_mismatch(
     Returns
     -------
     float
-        Mean remaining distance M. Infinite if nothing selects x, because a = 1 and c = 0.
+        Mean remaining distance M. Infinite without selection on the trait (a = 1 and c = 0).
     """
     width_squared = selection_variance(width, learned_share, cost)
     if width_squared == inf:
@@ -77,10 +78,11 @@ def steady_mismatch(
 
 
 def half_time(variance: float, width_squared: float) -> float:
-    """Return the number of generations until the mean at birth has halved its distance.
+    """Return the number of generations until the distance of the mean at birth has halved.
 
-    The distance is multiplied by V_L / (v + V_L) in each generation after a jump. If selection is
-    weak, the number is about ln(2) V_L / v: learning slows assimilation by 1 / (1 - a)^2.
+    In each generation after a jump of the optimum, the distance is multiplied by V_L / (v + V_L).
+    If selection is weak, the number is about ln(2) V_L / v: learning multiplies this number by
+    1 / (1 - a)^2 if the variance v does not change and learning has no cost.
 
     Parameters
     ----------
@@ -98,9 +100,9 @@ def half_time(variance: float, width_squared: float) -> float:
 
 
 def variance_of_segregation(segregation_variance: float, width_squared: float) -> float:
-    """Return the variance of the infinitesimal model, which learning hardly changes.
+    """Return the variance in the infinitesimal model: learning hardly changes this variance.
 
-    Children are the mean of two parents plus noise: v = v V_L / (2 (v + V_L)) + V_S. The variance
+    A child is the mean of two parents plus noise: v = v V_L / (2 (v + V_L)) + V_S. The variance
     is about 2 V_S if selection is weak. The mismatch then increases with 1 / (1 - a).
 
     Parameters
@@ -123,7 +125,7 @@ def variance_of_segregation(segregation_variance: float, width_squared: float) -
 def variance_of_mutations(mutation_variance: float, width_squared: float) -> float:
     """Return the variance if each birth mutates: learning does not change the mismatch.
 
-    A child has one parent and normal noise: v = v V_L / (v + V_L) + V_M. The variance is about
+    A child is one parent plus normal noise: v = v V_L / (v + V_L) + V_M. The variance is about
     sqrt(V_M V_L) if mutations are small. The mismatch is then k width / sqrt(V_M) for each a.
 
     Parameters
@@ -143,11 +145,11 @@ def variance_of_mutations(mutation_variance: float, width_squared: float) -> flo
 
 
 def variance_of_rare_mutations(mutation_rate: float, width_squared: float) -> float:
-    """Return the variance of a house of cards: learning decreases the mismatch.
+    """Return the variance in the house-of-cards approximation: learning decreases the mismatch.
 
     Mutants are rare, and each is lost before the next mutation of its lineage. A mutant at the
-    distance d has the disadvantage d^2 / (2 V_L), so its expected share is mu times 2 V_L / d^2,
-    and the variance is v = 2 mu V_L. The mismatch then decreases with 1 - a. The law holds at an
+    distance d has the disadvantage d^2 / (2 V_L). The expected share of mutants is 2 mu V_L / d^2,
+    so the variance is v = 2 mu V_L. The mismatch then decreases with 1 - a. The law holds at an
     optimum that does not move, if the variance of a mutation is well above v.
 
     Parameters

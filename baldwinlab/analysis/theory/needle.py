@@ -1,9 +1,12 @@
-"""Laws of strings that guess a needle: fitness, take-off and the residual share of ?.
+"""Laws of strings that guess a needle: fitness, selection, and the residual share of ?.
+
+The alleles of a string are 0, 1 and ?. In each trial of a lifetime, every ? is set to 0 or 1 at
+random. The needle is the only string that gains fitness.
 
 References
 ----------
 .. [1] G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987):
-   the strings and their fitness.
+   the strings and the fitness.
 .. [2] S. Wright, "The distribution of gene frequencies in populations", PNAS 23 (1937): the
    stationary distribution of an allele share in a finite population.
 """
@@ -18,7 +21,7 @@ from scipy.optimize import brentq
 
 # Maximum gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
-# Grid of the integrals of `mean_share`: number of points, and - log of the densities at its ends.
+# Grid of the integrals of `mean_share`: number of points, and minus the log density at both ends.
 GRID_POINTS: Final = 100_001
 LOG_PRECISION: Final = 40.0
 
@@ -27,7 +30,7 @@ def expected_fitness(n_unset: float, trials: int = 1000, cost_of_trials: float =
     """Return the mean fitness of a string without a wrong allele.
 
     A trial succeeds with the probability p = 2^-q, so the first success is trial t with the
-    probability p (1 - p)^(t - 1). Its fitness is 1 + 19 max(0, 1 - kappa t / T).
+    probability p (1 - p)^(t - 1). The fitness is then 1 + 19 max(0, 1 - kappa t / T).
 
     Parameters
     ----------
@@ -62,8 +65,8 @@ def selection_against_unset(
 ) -> float:
     """Return the relative gain in fitness if one ? of a string becomes correct.
 
-    It is s(q) = (w(q - 1) - w(q)) / w(q), with w = `expected_fitness`. If the mean
-    number q is below 1, some strings have one ? and others have none, so the gain is s(1).
+    The gain is s(q) = (w(q - 1) - w(q)) / w(q), with w = `expected_fitness`. If the mean number q
+    is below 1, some strings have one ? and others have none, so the gain is s(1).
 
     Parameters
     ----------
@@ -93,8 +96,8 @@ def balance_of_unset(
 
     The balance is (n - q) mu / 3 + (k / 2) (1 - q / n) / tau = q s(q) + 2 q mu / 3. Mutation
     creates each of the alleles 0, 1 and ? with equal probability. A change makes half of the
-    redrawn loci wrong if they are set, and strings that have ? there replace the others. The law
-    has no fitted parameter. It applies to populations that have found the needle.
+    redrawn loci wrong if they are set. Strings with ? at these loci then replace the others. The
+    law has no fitted parameter, and applies to populations that have found the needle.
 
     Parameters
     ----------
@@ -109,14 +112,14 @@ def balance_of_unset(
     redrawn_loci : int
         Number k of loci that are drawn at a change.
     population : int, optional
-        Number of agents, which adds genetic drift. Each locus then has Wright's stationary
+        Number of agents, to include genetic drift. Each locus then has Wright's stationary
         distribution, with selection s x (1 - x) instead of s x. Otherwise the population is
         infinite.
 
     Returns
     -------
     float
-        Share q / n of ?, in [0, 1]. The lowest, if several shares balance.
+        Share q / n of ?, in [0, 1]. If several shares balance, the lowest share.
 
     Raises
     ------
@@ -136,9 +139,9 @@ def balance_of_unset(
             return (1 - share) * gain_rate - share * (selection + loss_rate)
         return mean_share(gain_rate, loss_rate, selection, population) - share
 
-    # The surplus is positive at 0. Its first root is that of populations that have the needle.
+    # The surplus is positive at 0. Populations with the needle are in balance at the first root.
     shares = np.linspace(0, 1, loci + 1)
-    end = next(share for share in shares if surplus(share) <= 0)
+    end = next(share for share in shares if surplus(share) <= 0)  # At or above the first root.
     return float(brentq(surplus, 0, end))
 
 
@@ -153,7 +156,7 @@ def mean_share(gain_rate: float, loss_rate: float, selection: float, population:
     gain_rate : float
         Probability v with which the other alleles become this one, per birth. Above 0.
     loss_rate : float
-        Probability u of the reverse. Above 0.
+        Probability u with which this allele becomes another one, per birth. Above 0.
     selection : float
         Selection coefficient s against the allele.
     population : int
@@ -165,7 +168,7 @@ def mean_share(gain_rate: float, loss_rate: float, selection: float, population:
         Mean share.
     """
     exponents = 2 * population * np.array([gain_rate, loss_rate])
-    # A grid of logit(x), whose tails decrease with these exponents.
+    # A grid of logit(x). The log density decreases with these exponents as slopes at both ends.
     limit = LOG_PRECISION / min(1, *exponents)
     logit = np.linspace(-limit, limit, GRID_POINTS)
     log_share, log_rest = -np.logaddexp(0, -logit), -np.logaddexp(0, logit)

@@ -1,6 +1,6 @@
 """Write the results of the atlas: page, figures, tables, netCDF files, and an article in Markdown.
 
-Each number of the article is computed from stored results.
+Every number in the article is computed from stored results.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ CAPTIONS: Final = {
 
 @dataclass(frozen=True)
 class MapResults:
-    """The stored cells of a map, and their outcomes in the confirmatory runs."""
+    """The cells of a map by name, and the outcomes of the cells, in the confirmatory runs."""
 
     planned: PlannedMap
     cells: Mapping[str, xr.Dataset]
@@ -86,7 +86,7 @@ class MapResults:
 
     @property
     def law(self) -> Law | None:
-        """Law of the map, None if it has none."""
+        """Law of the map, or None without a law."""
         return LAWS.get(self.planned.atlas_map.law)
 
     @cached_property
@@ -97,12 +97,12 @@ class MapResults:
 
 @dataclass(frozen=True)
 class AtlasResults:
-    """Everything that the page and the article state."""
+    """The results that the page and the article show."""
 
     design: AtlasDesign
     maps: Sequence[MapResults]
     claims: Sequence[AtlasClaimResult]
-    digests: Mapping[str, str]
+    digests: Mapping[str, str]  # SHA-256 by file of the design, at the first start.
     exploration_runs: int
     seed: int
 
@@ -126,6 +126,7 @@ def read_results(request: AtlasRequest) -> AtlasResults:
 
 
 def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResults:
+    # The exploratory runs are the first runs, and are left out.
     cells = {
         name: cell.isel(run=slice(exploration_runs, None))
         for name, cell in read_map(planned, seed).items()
@@ -163,7 +164,7 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
 
 
 def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
-    """Return outcomes whose attributes netCDF can hold."""
+    """Return the outcomes with attributes as text, which netCDF can store."""
     attributes = {name: str(value) for name, value in outcomes.attrs.items()}
     return outcomes.assign_attrs(attributes)
 
@@ -179,7 +180,7 @@ def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
 
 
 def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
-    """Return sentences with the claims of each verdict."""
+    """Return a sentence per verdict, such as "Holds: A1, A2."."""
     sentences = []
     for verdict in VERDICTS:
         names = [claim.id for claim, evaluation in claims if evaluation.verdict == verdict]
@@ -206,7 +207,7 @@ def _render_laws(results: AtlasResults, figures: Path) -> str:
 
 
 def collect_points(result: MapResults) -> LawPoints:
-    """Return the measured and the predicted residual learning of the cells of a map."""
+    """Return residual learning, measured and predicted, of the cells of a map that have both."""
     rows = [
         row
         for row in result.rows
@@ -263,7 +264,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         cell["command"] = (
             f"baldwinlab run {file} --seed {results.seed} --runs {len(result.planned.runs)}"
         )
-    first = next(iter(result.cells.values()))
+    first = next(iter(result.cells.values()))  # The runs and generations of all cells.
     return render(
         "atlas/map.html",
         title=result.title,
@@ -329,7 +330,7 @@ def _describe_map(result: MapResults) -> dict[str, Any]:
 
 
 def _describe_share(result: MapResults) -> dict[str, str] | None:
-    """Return the range of A over the cells, None if it is not defined in any cell."""
+    """Return mean, lowest and highest A of the cells, as text. None if no cell has a value."""
     rows = [
         row for row in result.rows if row["outcome"] == "assimilation" and row["mean"] is not None
     ]
@@ -349,7 +350,7 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
 
 
 def _describe_fit(result: MapResults) -> dict[str, str] | None:
-    """Return the errors of the law, None without a law."""
+    """Return the errors of the law, as text. None without a law or with fewer than 3 cells."""
     if not result.law:
         return None
     points = collect_points(result)

@@ -50,7 +50,7 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, labe
 
 # Number of intervals between the measured generations.
 N_INTERVALS = 20
-# Agents of all generations and runs that are simulated together, which limits the memory.
+# Largest number of agents, of all generations, in a group of runs, which limits the memory.
 MAX_RECORDED_AGENTS = 4_000_000
 CELL_FOLDER: Final = "cells"
 
@@ -69,9 +69,10 @@ class CellTask(NamedTuple):
     @property
     def agent_steps(self) -> int:
         """Number of agent-steps of the runs, of their controls and of the measurements."""
+        # The few lifetimes with drift are not counted.
         lives_per_generation = len(LIFE_KINDS) - 1
         lives = (
-            2 * self.experiment.evolution.generations
+            2 * self.experiment.evolution.generations  # With and without learning.
             + lives_per_generation * len(choose_generations(self.experiment))
             + len(HISTORIES) * (len(REGIMES) * (BRANCH_GENERATIONS + 1) + 1)
         )
@@ -84,7 +85,7 @@ class CellTask(NamedTuple):
         n_left = self.agent_steps
 
         def report_limited(agent_steps: int) -> None:
-            """Report agent-steps. Their sum is the announced number."""
+            """Report agent-steps, but in total at most `agent_steps`."""
             nonlocal n_left
             n_reported = min(n_left, agent_steps)
             n_left -= n_reported
@@ -94,17 +95,18 @@ class CellTask(NamedTuple):
             measure_runs(self.experiment, seed, runs, directory, report_limited)
             for runs in _split_runs(self.experiment, self.runs)
         ]
-        report_limited(n_left)
+        report_limited(n_left)  # Report the rest, if the simulations had fewer agent-steps.
         return xr.concat(parts, "run", combine_attrs="override")
 
 
 def choose_generations(experiment: BaseExperiment) -> list[int]:
-    """Return the generations that are measured: equally spaced, and the last one."""
+    """Return the generations that are measured: with equal distances, and the last generation."""
     last = experiment.evolution.generations - 1
     return [*range(0, last, _interval(experiment)), last]
 
 
 def _interval(experiment: BaseExperiment) -> int:
+    """Return the number of generations between two measurements, rounded up."""
     return max(1, -(-(experiment.evolution.generations - 1) // N_INTERVALS))
 
 
@@ -124,6 +126,7 @@ def measure_runs(
     report_progress: Callable[[int], None],
 ) -> xr.Dataset:
     """Simulate runs with and without learning, and return the values of `reduce_cell`."""
+    # `_simulate` adds the records. The two assays use no other maps.
     sample = Sample(directory, seed, experiment, tuple(runs), (), (), report_progress)
     learners, learner_data = _simulate(sample)
     controls, control_data = _simulate(replace(sample, experiment=experiment.without_learning()))
@@ -160,7 +163,7 @@ def _simulate(sample: Sample) -> tuple[Sample, xr.Dataset]:
 
 
 def _label(assay: str, arrays: Mapping[str, Any], **coordinates: Sequence[Any]) -> xr.Dataset:
-    """Return the dataset of an assay."""
+    """Return the arrays of an assay as a dataset with labels."""
     data = make_dataset(get_assay(assay).variables, arrays, {})
     return data.assign_coords({name: np.asarray(labels) for name, labels in coordinates.items()})
 
@@ -175,7 +178,7 @@ class AtlasRequest:
     is_quick: bool = False  # Whether to run the short form.
 
     def choose_size(self, design: AtlasDesign) -> Size:
-        """Return the numbers of runs of a cell."""
+        """Return the numbers of all runs and of exploratory runs of a cell."""
         size = design.quick if self.is_quick else design.full
         if self.runs is None:
             return size
@@ -207,7 +210,7 @@ class PlannedMap:
         ]
 
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
-        """Return the values of a cell, None if they are missing, damaged or of other settings."""
+        """Return the values of a cell, or None if missing, damaged or of other settings."""
         path = self.path(cell.name)
         try:
             raw = read_bytes(path, ASSAY_FILE)
@@ -231,7 +234,7 @@ def _identify(cell: Experiment, seed: int) -> dict[str, str]:
 def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
     """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
-    options.make_executor()
+    options.make_executor()  # Refuses an invalid executor before a file is written.
     design = read_atlas()
     maps = list(plan_maps(request, design))
     with remove_if_refused(request.directory):
@@ -244,7 +247,7 @@ def _run_maps(
     studies = [_open_map(planned, request.seed) for planned in maps]
     _freeze_design(request.directory, design)
     missing = [planned.find_missing(request.seed) for planned in maps]
-    # An agent-step of one model takes a thousand times as long as that of another.
+    # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
     clock = RemainingTime(list(map(len, missing)), "cells")
     for planned, study, tasks in zip(maps, studies, missing, strict=True):
         clock.announce(planned.atlas_map.title)
@@ -254,7 +257,7 @@ def _run_maps(
 
 
 def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
-    """Yield the maps with their cells."""
+    """Yield the maps of the design with the experiments of the cells."""
     size = request.choose_size(design)
     for atlas_map in design.maps:
         sweep = read_sweep(atlas_map.sweep_file)
@@ -271,7 +274,7 @@ def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap
 
 
 def _open_map(planned: PlannedMap, seed: int) -> StudyStore:
-    """Return the study of a map. Create it if it does not exist."""
+    """Return the study of a map, which is created if necessary, and write the file of the sweep."""
     study = create_study(planned.directory, planned.cells, seed, SWEEP)
     sweep = planned.sweep.model_copy(update={"runs": len(planned.runs), "seed": seed})
     tables = sweep.model_dump(by_alias=True, exclude_defaults=True)
@@ -280,7 +283,7 @@ def _open_map(planned: PlannedMap, seed: int) -> StudyStore:
 
 
 def _freeze_design(directory: Path, design: AtlasDesign) -> None:
-    """Store the SHA-256 of the files of the atlas, unless an earlier start has stored them."""
+    """Store the SHA-256 of the files of the atlas at the first start."""
     path = directory / FROZEN_FILE
     if not path.exists():
         write_atomically(path, json.dumps(digest_atlas(design), indent=2).encode())

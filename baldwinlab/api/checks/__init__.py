@@ -1,9 +1,9 @@
 """Check parts against the contract of parts: `baldwinlab check FILE`, `bl.check_part`.
 
-A function checks a requirement for a `PartGroup`: parts that are checked in the same small worlds.
-The function returns a remark. It raises `FailsError` if the requirement does not hold, and
-`NotCheckedError` if the group does not support the check. Hooks run in child processes: first in
-plain Python, where an error has a name and a line, then compiled.
+Each requirement has a check function. Its argument is a `PartGroup`, the parts that are checked in
+the same small worlds. The function returns a remark, or "". It raises `FailsError` if the
+requirement does not hold, and `NotCheckedError` if the group does not support the check. Hooks run
+in child processes: first in plain Python, where an error has a name and a line, then compiled.
 """
 
 from __future__ import annotations
@@ -44,11 +44,13 @@ Check = Callable[[PartGroup], str]
 """A function that returns a remark, or raises FailsError or NotCheckedError."""
 Requirement = tuple[str, Check]
 """A description and the function that checks it."""
+# Requirements that need no call of a hook, by name. This process checks them.
 DECLARED: Final[Mapping[str, Requirement]] = {
     "fields": ("its fields have limits and a description", check_declarations),
     "limits": ("a value beyond a limit is refused", check_limits),
     "signature": ("its oracle has the arguments of its kind", require_oracle_signature),
 }
+# Requirements that a child process checks in this order. The check ends if "compiles" fails.
 COMPILED: Final[Mapping[str, Requirement]] = {
     "compiles": ("it compiles", check_compilation),
     "arithmetic": ("arithmetic stays float32 and away from libm", check_arithmetic),
@@ -67,7 +69,7 @@ COMPILED: Final[Mapping[str, Requirement]] = {
 
 
 def check_requirement(name: str, groups: Sequence[PartGroup], command: str) -> list[CheckFinding]:
-    """Return the finding of a requirement, and for "oracle" those of hooks without an oracle."""
+    """Return the finding of a requirement, and for "oracle" one per hook without an oracle."""
     description, check = {**DECLARED, **COMPILED}[name]
     finding = _check_groups(description, check, groups, command)
     if name != "oracle":
@@ -103,7 +105,7 @@ def _format_error(error: Exception) -> str:
 
 
 def _add_part(check: Check, group: PartGroup, message: str) -> str:
-    """Return the message with the part that fails and its hooks."""
+    """Add the failing parts and the hooks of each part to a message that names no part."""
     if any(f"{part.__name__}." in message or part_label(part) in message for part in group.parts):
         return message
     failing: Sequence[type[Part]] = group.parts
@@ -167,7 +169,7 @@ def check_part(
     Raises
     ------
     ArgumentError
-        For an unknown requirement, a seed outside its limits, or a class that cannot be imported.
+        A requirement is unknown, the seed is out of range, or a class cannot be imported.
     """
     return list(iterate_findings(part, requirements, seed))
 
@@ -192,6 +194,7 @@ def iterate_findings(
     yield CheckFinding("it loads", True, ", ".join(map(part_label, parts)), "")
     names = [name for name in REQUIREMENTS if not requirements or name in requirements]
     commands = {name: _repeat_command(part, name, seed) for name in names}
+    # The selected requirements of `DECLARED`.
     for name in filter(commands.get, DECLARED):
         yield from check_requirement(name, groups, commands[name])
     outcomes: list[list[plain_python.Outcome]] = []
@@ -217,9 +220,10 @@ def _check_compiled(
     outcomes: Sequence[Sequence[plain_python.Outcome]],
     seed: int,
 ) -> Iterator[CheckFinding]:
-    """Yield the findings of a child process, which may end by a signal."""
+    """Yield the findings of a child process. Its end by a signal is a finding, too."""
     if not commands:
         return
+    # Both patterns of unwritten memory gave the same bits, so those of the first pattern suffice.
     bits = [outcome["bits"] for outcome in outcomes[0]] if outcomes else [{} for _ in groups]
     process = Process("requirements", parts, {}, commands=commands, plain_bits=bits, seed=seed)
     names = iter(commands)
@@ -231,6 +235,7 @@ def _check_compiled(
             if name == "compiles" and findings[0].holds is False:
                 return
     except ProcessEndError as error:
+        # The process ended during the requirement after the last answer.
         name = next(names)
         labels = " and ".join(map(part_label, parts))
         yield CheckFinding(COMPILED[name][0], False, f"{labels}: {error}", commands[name])

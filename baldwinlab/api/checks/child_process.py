@@ -1,6 +1,6 @@
 """Child process of `processes.Process`.
 
-It reads a request from standard input and writes answers to standard output.
+The process reads a request from standard input and writes answers to standard output.
 """
 
 from __future__ import annotations
@@ -57,6 +57,7 @@ TASKS: Final[dict[str, Callable[[dict[str, Any], list[Any]], Iterator[Any]]]] = 
 
 def main() -> None:
     """Answer the request. The printed output of parts goes to standard error."""
+    # Descriptor 1 then means standard error (2). Only `channel` still writes standard output.
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     from baldwinlab.api.checks.processes import END_LINE, load_parts

@@ -21,9 +21,9 @@ MUTATION_VALUES: Final[Mapping[str, tuple[Any, Any]]] = {
     "mutation_rate": (0.1, 0.9),
     "mutation_size": (0.1, 0.9),
 }
-"""Two values of each setting of mutation."""
+"""Two different values of each setting of mutation, to find out whether a part reads it."""
 RELATIVE_STEP: Final = 1e-6
-"""Distance of a tested real number from its limit, relative to the limit and at least to 1."""
+"""Distance of a tested real number from a limit, as a fraction of max(1, |limit|)."""
 
 
 PACKAGE_PREFIX: Final = "baldwinlab."
@@ -56,6 +56,7 @@ def _describe_variation(experiment: Any, setting: str, value: Any) -> str:
     """Return the values that the hooks of the variation read, as text."""
     changed = experiment.replace(evolution={setting: value})
     part = changed.part("evolution.variation")
+    # Only settings and derived values are compared, so `None` replaces each array.
     return repr(compiled_values(part, changed, lambda array: None))
 
 
@@ -106,6 +107,7 @@ def _list_values_beyond_limits(part: type[Part]) -> Iterator[tuple[str, float]]:
                 yield name, limit - step
             elif isinstance(mark, Le):
                 yield name, limit + step
+            # A limit of Gt or Lt is itself not permitted.
             else:
                 yield name, limit
 
@@ -118,7 +120,7 @@ def _table_path(part: type[Part]) -> str:
 
 
 def check_views(group: PartGroup) -> str:
-    """Check the views of the first and the last newborn."""
+    """Check that the views of the first and the last newborn are repeatable and change nothing."""
     if is_of_miniworld(group.experiment) or not group.experiment.model_part.views:
         return "it declares none"
     model = group.experiment.model_part
@@ -145,7 +147,7 @@ class OracleSignature(NamedTuple):
 
     arguments: str
     result: str
-    verifies: tuple[str, ...]
+    verifies: tuple[str, ...]  # Names of the hooks that the oracle verifies.
 
 
 ORACLES: Final = {
@@ -194,7 +196,7 @@ ORACLES: Final = {
         ("should_stop",),
     ),
 }
-"""The contracts, by the kind of part. A variation can have another contract."""
+"""The contracts by kind of part. Two special cases of variations have their own keys."""
 
 
 def oracle_key(part: type[Part]) -> str:

@@ -1,4 +1,4 @@
-"""Compare the parts of reproduction with their oracles, which use plain lists.
+"""Compare the parts of reproduction with oracles, which use lists and plain Python.
 
 `declarations.ORACLES` has the arguments and the result of each oracle.
 """
@@ -45,10 +45,10 @@ TOLERANCE: Final = 1e-5
 class Round(NamedTuple):
     """Random arguments of a hook of reproduction."""
 
-    number: int
+    number: int  # Index of the round.
     values: Any  # The argument `part` of hooks.
-    arrays: dict[str, Any]
-    lists: dict[str, Any]
+    arrays: dict[str, Any]  # The arguments by name, see `breeding_arguments`.
+    lists: dict[str, Any]  # The same arguments with lists instead of arrays, for the oracle.
 
 
 class DrawnPopulation(NamedTuple):
@@ -64,7 +64,7 @@ class DrawnPopulation(NamedTuple):
 def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
     random = np.random.default_rng(group.seed)
     values = part_values(group.experiment, part)
-    # Hooks of a part with genes read the genes at their positions in the genomes of the experiment.
+    # Hooks of a part with genes need complete genomes, because they read the genes by index.
     n_weights = int(group.experiment.genome_length) if part.genes else N_WEIGHTS
     for number in range(ROUNDS):
         arrays = breeding_arguments(random, group.experiment, n_weights)
@@ -103,7 +103,7 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[DrawnPopulati
 
 
 def compare_children(group: PartGroup, part: Any) -> None:
-    """Compare a variation of complete populations. The draws of the oracle are [child][draw][4]."""
+    """Compare a variation of complete populations. The oracle gets draws [child][weight][4]."""
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         keys = key.as_run_keys()
         genomes = genome[None]
@@ -118,7 +118,7 @@ def compare_children(group: PartGroup, part: Any) -> None:
 
 
 def _sort_by_fitness(pairs: Any, fitness: Any) -> Any:
-    """Return pairs of parents with the fitter parent first. A survivor is not sorted."""
+    """Return pairs of parents with the fitter parent first. Pairs of a survivor do not change."""
     return [
         pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent])
         for pair in pairs
@@ -129,7 +129,7 @@ def compare_selection(group: PartGroup, part: Any) -> None:
     """Compare a selection with its oracle.
 
     `oracle(part, generation)` gets lists instead of arrays, and returns two parents for each child.
-    The second parent is `ITSELF` if the first one survives.
+    The second parent is `ITSELF` if the child is the unchanged first parent.
     """
     _, code = breeding_part(group.experiment, "selection")
     draw = _draw_populations if reads_lifetimes(part) else _draw_generations
@@ -146,7 +146,7 @@ def compare_selection(group: PartGroup, part: Any) -> None:
 
 
 def _draw_generations(group: PartGroup, part: Any) -> Iterator[tuple[str, Any, Generation]]:
-    """Yield a label, the argument `part`, and a small generation with many equal agents."""
+    """Yield a label, the argument `part`, and a generation with many agents of equal fitness."""
     for number, values, arrays, _ in _draw_rounds(group, part):
         yield f"round {number}", values, arrays["generation"]
 
@@ -186,10 +186,12 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
     """Compare an inheritance. With `assign_teachers`, the oracle also returns the teacher."""
     _, code = breeding_part(group.experiment, "inheritance")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
+        # [agent, module, weight] of one agent: action module, then reinforcement module.
         genome = np.stack([arrays["innate"], arrays["taught"]])[None]
         inherited = genome.copy()
         n_learned = min(group.experiment.weight_count, genome.shape[2])
         learned = arrays["learned"][:n_learned]
+        # True: the genomes have a reinforcement module, the teacher.
         cached_jit(inherit_all, code)(values, True, genome, learned[None].copy(), inherited)
         expected = part.oracle(values, genome[0].tolist(), learned.tolist())
         if "assign_teachers" not in overridden_hooks(part):
@@ -201,11 +203,11 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
 
 
 def compare_fitness(group: PartGroup, part: Any) -> None:
-    """Compare a fitness."""
+    """Compare a fitness with its oracle."""
     _, code = breeding_part(group.experiment, "fitness")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
         fitness = arrays["fitness"]
-        # The hook changes arrays of the run.
+        # The hook changes arrays of the run, such as an archive. The oracle needs the old ones.
         values_before = copy.deepcopy(values)
         batch = add_run_dimension(arrays["lifetimes"])
         cached_jit(evaluate_runs, code)(values, batch, fitness[None], 0, 1)
@@ -214,7 +216,7 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
 
 
 def compare_stop(group: PartGroup, part: Any) -> None:
-    """Compare a stop. The oracle gets the lifetimes and the fitness of all generations as lists."""
+    """Compare a stop. The oracle gets the lifetimes and the fitness of all rounds so far."""
     values, code = breeding_part(group.experiment, "stop")
     lifetimes: list[Any] = []
     fitness: list[list[float]] = []

@@ -22,7 +22,7 @@ class CheckFinding(NamedTuple):
     Attributes
     ----------
     requirement : str
-        Description of the requirement, or the reason why no oracle verifies a hook.
+        Description of the requirement. For an unverified hook: why no oracle verifies the hook.
     holds : bool or None
         Whether the requirement holds. None if it could not be checked.
     message : str

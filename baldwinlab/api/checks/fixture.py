@@ -1,8 +1,8 @@
-"""Groups of parts, the small worlds in which they are checked, and the arguments of their hooks.
+"""Groups of parts, small worlds for the checks of a group, and arguments of hooks.
 
 The world of a group is map A of the paper. The agents start near each other and near the food, so
-that the parts are used. Its cases differ in the number of agents, the update, the modules of
-genomes and the items.
+that the parts are used. The cases of a group are experiments with different numbers of agents,
+updates, modules of genomes, and items.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from baldwinlab.parts.variation import Brood, Mating
 CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {
     "model": "model"
 }
-"""The setting that chooses the part, by kind of part."""
+"""The setting that chooses the part, by kind of part: "learning rule" -> "learning.rule"."""
 LISTED_KINDS: Final = ("sense", "world feature")
-"""Kinds of part of which an experiment can have several."""
+"""Kinds of part. An experiment can have several parts of one such kind."""
 WORLD_SETTINGS: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {
@@ -63,7 +63,7 @@ LEARNING_RATE: Final = 0.5
 ITEM_FEATURE: Final = "patches"
 """A world feature that adds items."""
 RULE_OF_MODULES: Final = {1: "none", 2: "self-taught"}
-"""Learning rules, by the number of modules of their genomes."""
+"""Learning rules, by the number of modules in the genome of a learner."""
 POPULATION_SIZES: Final = (1, 2, 17, 20)
 """Numbers of agents for models other than MiniWorld."""
 
@@ -74,8 +74,8 @@ class PartGroup(NamedTuple):
     parts: tuple[type[Part], ...]
     experiment: Any
     seed: int = SEED  # Seed of the random worlds.
-    # Hashes of simulations in plain Python, by the description of the case. Empty without these
-    # simulations.
+    # Hashes of simulations in plain Python, by the description of the case. Empty if plain Python
+    # was not checked.
     plain_bits: Mapping[str, Sequence[str]] = {}
 
     @property
@@ -98,6 +98,7 @@ def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartG
         if issubclass(model, Model):
             yield _group_model(model, parts_of_kind, seed)
     listed = tuple(part for kind in LISTED_KINDS for part in parts_of_kind.pop(kind, []))
+    # A row has at most one part of each kind.
     rows: Iterable[tuple[type[Part] | None, ...]] = zip_longest(*parts_of_kind.values())
     if listed and not parts_of_kind:
         # `zip_longest` without lists yields no row, but the listed parts need one.
@@ -110,7 +111,7 @@ def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartG
 def _group_model(
     model: type[Model], parts_of_kind: dict[str, list[type[Part]]], seed: int
 ) -> PartGroup:
-    """Return a model with the parts of reproduction, which are removed from `parts_of_kind`."""
+    """Return the group of a model and the parts of reproduction. Remove these from the dict."""
     breeding = [part for kind in BREEDING_KINDS for part in parts_of_kind.pop(kind, [])]
     settings: dict[str, Any] = {"model": model.name, **COMMON_SETTINGS}
     settings["evolution"] = {"generations": 2} | {part.kind: part.name for part in breeding}
@@ -121,6 +122,7 @@ def _group_model(
 
 def _make_experiment(parts: tuple[type[Part], ...]) -> Any:
     kinds = {part.kind: part.name for part in parts}
+    # Networks and inheritances have hooks for agents that learn.
     default_rule = "self-taught" if kinds.keys() & {"network", "inheritance"} else "none"
     learning = {"rule": kinds.get("learning rule", default_rule), "rate": LEARNING_RATE}
     experiment = validate({**WORLD_SETTINGS, **COMMON_SETTINGS, "learning": learning})
@@ -143,7 +145,7 @@ def is_of_miniworld(experiment: BaseExperiment) -> bool:
 
 
 def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
-    """Return the argument `part` of hooks, in a state or in a new state of one world."""
+    """Return the argument `part` of hooks. `state`: None for a new state of one world."""
     if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
@@ -156,7 +158,7 @@ def breeding_arguments(
     """Return random arguments of the hooks of reproduction, by name."""
     agents = 5
     modules = len(experiment.modules)
-    # Both parents, the child, and the agent whose genome is inherited.
+    # Genomes [module, weight] of both parents, the child, and the agent with offspring.
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     fitter, second, child, innate = genome
     genomes = random.normal(size=(agents, modules, weights)).astype(np.float32)
@@ -206,7 +208,7 @@ def draw_lifetimes(random: np.random.Generator, experiment: BaseExperiment, geno
 
 
 class CaseSettings(NamedTuple):
-    """Settings of a case for MiniWorld: numbers of agents and of steps, and changes."""
+    """Settings of a case for MiniWorld: its size, and its differences from the group."""
 
     agents: int
     update: str
@@ -225,7 +227,7 @@ CASE_SETTINGS: Final = (
     CaseSettings(17, "simultaneous", changes_modules=False, adds_items=False, steps=6),
     CaseSettings(20, "sequential", changes_modules=True, adds_items=False, steps=8),
 )
-"""Settings in which every pair of values occurs. Plain Python simulates all cases in seconds."""
+"""Cases in which all pairs of values occur, except of `steps`. Plain Python takes seconds."""
 
 
 class Case(NamedTuple):

@@ -1,7 +1,7 @@
-"""Check hooks: their machine code has no float64 and no libm, is fast, and isolates its agent.
+"""Check the arithmetic of hooks (no float64, no libm), the speed, and the isolation of agents.
 
 For the isolation, each hook runs twice for one agent. In the second run, the columns of all other
-agents contain random numbers.
+agents contain NaN or random numbers. Both runs must have the same results for the agent.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
 from baldwinlab.parts.world_features import LineOfSight
 from baldwinlab.simulation.simulate import simulate_batch
 
+# The name of an external function in LLVM code, such as `declare float @expf(`.
 DECLARED_SYMBOL: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 FLOAT64_INSTRUCTION: Final = re.compile(
     r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b"
@@ -61,10 +62,10 @@ LIBM_SYMBOL: Final = re.compile(
 )
 RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 BASELINES: Final = {"learning rule": "self-taught"}
-"""The built-in part to compare with; by default, the first one of the kind."""
+"""The built-in part for comparing speed, by kind of part. Default: the first part of the kind."""
 N_ROUNDS: Final = 5
 TESTED_AGENT: Final = 2
-"""Number of the agent for which the hooks run."""
+"""Index of the agent for which the hooks run."""
 STEPS: Final = 12
 """Number of steps before the hooks run."""
 
@@ -89,6 +90,7 @@ def check_arithmetic(group: PartGroup) -> str:
                     f"{hook} calls {symbol}, which differs between machines; "
                     "use baldwinlab.engine.arithmetic"
                 )
+        # Reproduction calculates in float64. A feature with births calls it during lifetimes.
         is_of_evolution = part.kind in BREEDING_KINDS and name != "end_step"
         allows_float64 = is_of_evolution or getattr(part, "allows_births", False)
         if not allows_float64 and FLOAT64_INSTRUCTION.search(code):
@@ -103,7 +105,7 @@ def _explain_float64(code: str) -> str:
 
 
 def _compile_to_llvm(group: PartGroup, part: type[Part], name: str) -> str:
-    """Return the LLVM code of a hook for a single lane."""
+    """Return the LLVM code of a hook for a single lane, not for a SIMD block."""
     function: Any = getattr(part, name)
     compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
     arguments = _make_arguments(group, part, name)
@@ -157,7 +159,7 @@ def _list_agent_arguments(experiment: Any, model: Any, state: Any, part: Any) ->
 
 
 def measure_speed(group: PartGroup) -> str:
-    """Measure the speed of a part, relative to a built-in part of its kind."""
+    """Measure the speed of the last part, relative to a built-in part of the same kind."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("there is no built-in model to compare with")
     part = group.parts[-1]
@@ -179,7 +181,7 @@ def measure_speed(group: PartGroup) -> str:
 
 
 def _default_settings(part: type[Part]) -> list[str]:
-    """Return the settings that the part requires, with their defaults."""
+    """Return assignments of the default values to the settings that the part requires."""
     defaults = {path: look_up(load("evo/A"), path)[0] for path in part.required_settings}
     return [
         f"{path}={list(value) if isinstance(value, tuple) else value}"
@@ -188,7 +190,7 @@ def _default_settings(part: type[Part]) -> list[str]:
 
 
 def _measure_seconds(*experiments: Any) -> list[float]:
-    """Return the shortest of `N_ROUNDS` times of each experiment, measured in turns."""
+    """Return the shortest of `N_ROUNDS` times of each experiment, measured alternately."""
     shortest_seconds = [float("inf")] * len(experiments)
     # The first round compiles.
     for _ in range(N_ROUNDS + 1):
@@ -222,6 +224,7 @@ def check_lane_isolation(group: PartGroup) -> str:
     batch.begin(0, draw_genomes(experiment, GenerationKey(group.seed, 0, 0))[None])
     batch.simulate(0, STEPS)
     for part, name in hooks:
+        # None: random numbers.
         for garbage in (np.nan, None):
             _check_hook(group, batch, part, name, garbage)
     return ""
@@ -230,6 +233,7 @@ def check_lane_isolation(group: PartGroup) -> str:
 def _check_hook(
     group: PartGroup, batch: CpuBatch, part: Any, name: str, garbage: float | None
 ) -> None:
+    """Call a hook with true and with changed data of the other agents, and compare the states."""
     clean = _copy(batch.state)
     dirty = _copy(batch.state)
     random = np.random.default_rng(group.seed)
@@ -274,7 +278,7 @@ def _call_hook(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: st
 def _make_garbage(
     array: npt.NDArray[Any], random: np.random.Generator, value: float | None
 ) -> npt.NDArray[Any]:
-    """Return an array of `value`, or of random numbers if it is None or the array has integers."""
+    """Return an array of `value`. For integers, or if `value` is None, return random numbers."""
     if array.dtype.kind != "f":
         return random.integers(0, 4, array.shape).astype(array.dtype)
     if value is not None:
@@ -292,7 +296,7 @@ def _copy(entry: Any) -> Any:
 
 
 def _list_arrays(state: Any) -> Iterator[_OwnedArray]:
-    """Yield the arrays of a state and of its parts."""
+    """Yield the arrays of a state and of its parts, without arrays of the run."""
     for name, array in ARRAYS.items():
         yield _OwnedArray(name, array.owner, getattr(state, name))
     for _, values in list_parts(state):

@@ -1,4 +1,4 @@
-"""Compare the compiled hooks of parts with their oracles, step by step in small random worlds."""
+"""Compare compiled hooks with the oracles of the parts, step by step in small random worlds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from baldwinlab.parts.world_features import LineOfSight
 MOVED_VARIABLES = ("x", "y", "heading", "action")
 """Variables of an agent that a body changes."""
 EARLIER_VARIABLES = ("hidden", "eaten_in_life", "gained_in_life", "rate")
-"""Variables of an agent that oracles get with their values before the step."""
+"""Variables of an agent. An oracle gets the values before the step."""
 TOLERANCE: Final = 1e-5
 """Tolerance of float32 relative to float64, for weights and outputs of about 1."""
 POSITION_TOLERANCE: Final = 1e-3
@@ -43,12 +43,12 @@ class Step(NamedTuple):
     """A step of a lifetime."""
 
     number: int
-    sensing: list[Agent]  # The agents with the positions at which they sensed.
+    sensing: list[Agent]  # The agents at the positions before the step, where they sensed.
     learning: list[Agent]  # The agents with the positions after the step.
     weights: npt.NDArray[np.float32]  # Weights after the step, [agent, weight].
     items: list[Item]
-    # Indices of the agents that no newborn replaced at the end of the step. Only their weights and
-    # positions after the step are those of the agents in `sensing`.
+    # Indices of the agents that no newborn replaced at the end of the step. Only for these agents,
+    # `sensing`, `learning` and `weights` are about the same individual.
     survivors: list[int]
 
 
@@ -67,7 +67,7 @@ def make_naive(experiment: Any, seed: int = 0) -> Naive:
 
 
 def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
-    """Simulate a lifetime and yield its steps for oracles."""
+    """Simulate a lifetime, and yield each step with the arguments of oracles."""
     experiment = group.experiment
     naive = make_naive(experiment)
     batch = CpuBatch(experiment, group.seed, [0])
@@ -93,19 +93,21 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
                 "arrays": arrays,
             }
             action_module = naive.module(before["weights"][agent])
+            # Each agent gets copies of the modules, because oracles change them.
             for agents, snapshot in ((sensing, before), (learning, after)):
                 modules = deepcopy((action_module, teacher))
                 agents.append(_make_agent(snapshot, agent, fixed, modules))
         survivors = np.flatnonzero(batch.state.birth_count[0] == births).tolist()
         weights = np.array(after["weights"], np.float32)
         yield Step(number, sensing, learning, weights, items, survivors)
+        # A newborn has new arrays. A survivor keeps the arrays that the oracle changed.
         agent_arrays = _initial_arrays(experiment, part, batch.state)
         for agent in survivors:
             agent_arrays[agent] = learning[agent].arrays
 
 
 def _list_teachers(experiment: Any, naive: Naive, batch: CpuBatch) -> list[Any]:
-    """Return the reinforcement module of each agent, or None without such modules."""
+    """Return the reinforcement module of each agent, or a list of None without such modules."""
     if "reinforcement" not in experiment.modules:
         return [None] * experiment.population.size
     reinforcement = experiment.modules.index("reinforcement")
@@ -113,7 +115,7 @@ def _list_teachers(experiment: Any, naive: Naive, batch: CpuBatch) -> list[Any]:
 
 
 def _initial_arrays(experiment: Any, part: Any, state: Any) -> list[dict[str, Any]]:
-    """Return the arrays of the part by name, for each agent."""
+    """Return the arrays of the part that each agent has, by name: [agent][name][entry]."""
     values = part_values(experiment, part, state)
     names = [name for name, array in part.arrays.items() if array.owner == "agent"]
     return [
@@ -137,14 +139,14 @@ def _make_agent(
 
 
 def _take_snapshot(experiment: Any, batch: CpuBatch) -> dict[str, Any]:
-    """Return the state of a batch of one world as lists, with one entry per agent."""
+    """Return the state of a batch of one world by name, as lists [agent] or [agent][entry]."""
     state = batch.state
     agents = experiment.population.size
     sizes = experiment.layer_sizes
     # A network without hidden layers has two sizes: inputs and outputs.
     hidden_units = sizes[1] if len(sizes) > 2 else 0
     energies = np.array([region.energy for region in item_regions(experiment)])
-    # A newborn has eaten nothing.
+    # The counts of the engine include the replaced agents. A newborn has eaten nothing.
     eaten_in_life = state.eaten_in_life - state.eaten_before
     arrays: dict[str, Any] = {
         "x": state.positions[0],
@@ -222,6 +224,7 @@ def _compare_rule(group: PartGroup, part: Any) -> str:
     values = part_values(experiment, part)
     for step in record_steps(group, part):
         for number in step.survivors:
+            # Each call gets new copies, because the oracle changes agents.
             agents = deepcopy(step.learning)
             part.oracle(values, agents, agents[number], naive)
             step.learning[number].arrays = agents[number].arrays
@@ -278,6 +281,7 @@ def _compare_sense(group: PartGroup, part: Any) -> None:
                 return part.oracle(values, _move(agent, dx, dy), items, naive)
 
             _require_same(inputs_at, inputs, label, are_same)
+            # `_move` made copies, so one more call stores the arrays for the next step.
             copy = deepcopy(agent)
             part.oracle(values, copy, step.items, naive)
             step.learning[agent_index].arrays = copy.arrays
@@ -306,7 +310,7 @@ def _require_same(
     label: str,
     are_same: Callable[[Any, Any], bool] = operator.eq,
 ) -> None:
-    """Require the result of the oracle at a position, or near it, because of rounding at edges."""
+    """Require that the oracle agrees at the position, or near the position because of rounding."""
     nudges = (
         (0.0, 0.0),
         (POSITION_TOLERANCE, 0.0),
@@ -376,4 +380,4 @@ COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], str | None]]] = {
     "world feature": _compare_feature,
     **BREEDING_COMPARISONS,
 }
-"""The comparisons by key of `declarations.ORACLES`. They return a remark."""
+"""The comparisons by key of `declarations.ORACLES`. Each returns a remark, or None."""

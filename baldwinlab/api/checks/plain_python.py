@@ -2,8 +2,8 @@
 
 Compiled code does not check indices. An index outside an array reads or writes other memory, or
 ends the process. NumPy counts a negative index from the end, but compiled `get` and `put` do not.
-A watched hook therefore gets arrays that refuse both. Errors name the part, the hook, the line, the
-array, the index and the size.
+A watched hook therefore gets arrays that refuse indices outside the array and negative indices.
+Errors name the part, the hook, the line, the array, the index and the size.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ OUTPUT_ARRAYS: Final = {
     "select": "generation.parents",
     "evaluate": "fitness",
 }
-"""The array that a hook fills. `_list_outputs` has the hooks `measure` and `inherit`."""
+"""The array that each hook fills. `_list_outputs` adds the hooks `measure` and `inherit`."""
 VARIATION_HOOKS: Final = ("vary", "vary_population")
 """Hooks that create children."""
 DESCRIPTIONS: Final = {
@@ -80,7 +80,7 @@ class Watch:
     def __init__(self, parts: Iterable[type[Part]]) -> None:
         self.unwritten_read = ""
         self._calls: list[_Call] = []
-        # By type and name of a tuple: the last tuple, and its copy with named arrays.
+        # Cache by type and name of a tuple: the last tuple, and a copy of it with named arrays.
         self._named: dict[tuple[type, str], tuple[Any, Any]] = {}
         for part in parts:
             for hook in overridden_hooks(part):
@@ -117,7 +117,7 @@ class Watch:
         return watched
 
     def _add_name(self, value: Any, name: str) -> Any:
-        """Return the value with named arrays."""
+        """Return a view of an array, or a copy of a tuple of arrays, whose arrays have names."""
         if isinstance(value, NamedArray):
             return value
         if isinstance(value, np.ndarray):
@@ -141,7 +141,7 @@ class Watch:
         return type(value)(*(self._add_name(entry, f"{name}.{field}") for field, entry in fields))
 
     def note_read(self, array: str, index: Any) -> None:
-        """Store the first read of unwritten memory. Later reads can follow from it."""
+        """Store the first read of unwritten memory. The first read can cause later ones."""
         if not self._calls or self.unwritten_read:
             return
         call = self._calls[-1]
@@ -231,7 +231,7 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
     argument, *fields = OUTPUT_ARRAYS[hook].split(".")
     output = reduce(getattr, fields, values[argument])
     if hook in VARIATION_HOOKS and part.genes:
-        # A variation with genes reads those of the child, the last entries of the first module.
+        # A variation with genes reads the genes of the child, the last entries of the first module.
         children = np.asarray(output)
         first_gene = values["part"].first_gene
         return {"first module": children[..., 0, :first_gene], "modules": children[..., 1:, :]}
@@ -239,6 +239,7 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
 
 
 def _unwritten_value(array: npt.NDArray[Any]) -> float:
+    """Return a value that no hook should write: NaN, or the smallest integer of the type."""
     return np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).min
 
 
@@ -286,11 +287,12 @@ def _add_case(message: str, case: Case) -> str:
 
 
 def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome]]:
-    """Return the outcomes [pattern][group]. Each pattern of unwritten memory has a process."""
+    """Return the outcomes [pattern][group]. Each pattern of unwritten memory has one process."""
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [
         PLAIN_ENVIRONMENT | {poison.ENVIRONMENT_VARIABLE: str(number)} for number in poison.PATTERNS
     ]
+    # All processes start before the first answer is read, so they run at the same time.
     processes = [Process("hooks", parts, environment, seed=seed) for environment in environments]
     return [_read_answers(process) for process in processes]
 
@@ -313,6 +315,7 @@ def list_findings(
 
     `outcomes`: [pattern][group], with patterns of unwritten memory.
     """
+    # A process that ended early has fewer outcomes than groups, so `strict` is False.
     rows = zip(groups, *outcomes, strict=False)
     failures = [_find_failure(group, group_outcomes) for group, *group_outcomes in rows]
     for name, description in DESCRIPTIONS.items():
@@ -327,13 +330,13 @@ def list_findings(
 
 
 def _find_failure(group: PartGroup, outcomes: Sequence[Outcome]) -> Outcome:
-    """Return the failed requirement of a group with a message, or an empty dict."""
+    """Return {requirement: message} for the failure of a group, or an empty dict."""
     failed = [outcome for outcome in outcomes if "bits" not in outcome]
     if len(failed) == len(outcomes):
         return failed[0]
     reads = dict.fromkeys(outcome["read"] for outcome in outcomes if outcome.get("read"))
     hint = f"{'; '.join(reads)}: read before it was written" if reads else ""
-    # The group fails under some of the patterns, so its results depend on the pattern.
+    # The group fails under some patterns, so the results depend on unwritten memory.
     if failed:
         message = failed[0].get("bounds") or failed[0]["unwritten"]
         return {"unwritten": f"{hint}; therefore {message}" if hint else message}

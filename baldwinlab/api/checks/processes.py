@@ -41,7 +41,7 @@ class ProcessEndError(FailsError):
 class Process:
     """A child process that answers a request.
 
-    It starts immediately, so several processes can run at the same time.
+    The process starts immediately, so several processes can run at the same time.
     """
 
     def __init__(
@@ -51,9 +51,10 @@ class Process:
         environment: Mapping[str, str],
         **request: Any,
     ) -> None:
+        # The folder that contains the package `baldwinlab`.
         package = str(Path(__file__).parents[3])
         paths = os.pathsep.join([package, *filter(None, sys.path)])
-        # `answers` closes the log.
+        # The method `answers` closes the file.
         self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         self._process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-m", "baldwinlab.api.checks.child_process"],
@@ -64,6 +65,7 @@ class Process:
             env={**os.environ, **environment, "PYTHONPATH": paths},
         )
         assert self._process.stdin is not None
+        # If the process has already ended, `answers` reports its end.
         with suppress(BrokenPipeError), self._process.stdin as channel:
             json.dump({"task": task, "parts": _describe_sources(parts), **request}, channel)
 
@@ -91,6 +93,7 @@ class Process:
 def _describe_end(status: int, last_line: str) -> str:
     if status >= 0:
         return f"the process ended with status {status}: {last_line or 'without a message'}"
+    # A negative status is the number of the signal that ended the process.
     name = signal.Signals(-status).name
     reason = SIGNAL_REASONS.get(name, last_line)
     return f"the process ended by the signal {name}" + (f": {reason}" if reason else "")

@@ -1,7 +1,8 @@
 """Arguments of oracles: agents and items, and reference functions in plain Python and float64.
 
-The functions do not use the engine. A module is a nested list [layer][source unit][target unit].
-With biases, each layer has one more row: the weights of a unit that is always 1.
+The functions do not use the engine, except its random numbers. A module is a nested list
+[layer][source unit][target unit]. With biases, each layer has one more row at the end: the weights
+of a unit that is always 1.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Agent:
     hidden : list of float
         Activations of the first hidden layer in the previous step.
     action : int
-        Number of the action of this step.
+        Index of the action of this step.
     eaten_in_life : int
         Number of items eaten since birth, before this step.
     gained_in_life : float
@@ -68,9 +69,9 @@ class Agent:
     other_agents : list of Item
         Positions of the other agents of the world, with the kind "agent".
     number : int
-        Number of the agent in its world.
+        Index of the agent in the world.
     step : int
-        Number of the step in the lifetime. An agent that is born later has a later first step.
+        Index of the step in the lifetime. An agent that is born later has a later first step.
     arrays : dict
         Arrays of the part as `init_agent` set them at birth.
         The oracle may store data for later steps here.
@@ -111,7 +112,7 @@ class Naive:
     seed : int
         Seed of the random numbers. The run and the generation are 0.
     kinds : tuple of str
-        Kinds of items, by number.
+        Kinds of items. The index in the tuple is the number of a kind in the engine.
     """
 
     sizes: tuple[int, ...]
@@ -137,7 +138,7 @@ class Naive:
         list of float
             Four numbers in [0, 1).
         """
-        # The words of the generator overflow by design.
+        # The integers of the generator overflow by design.
         with np.errstate(over="ignore"):
             return [
                 float(rng.unit(word))
@@ -196,6 +197,7 @@ class Naive:
         """
         layers = [[float(value) for value in inputs]]
         for layer in module:
+            # `biases` is False (0) or True (1): one more unit with the value 1.
             sources = layers[-1] + [1.0] * self.biases
             sums = [
                 sum(source * row[unit] for source, row in zip(sources, layer, strict=True))
@@ -215,9 +217,9 @@ class Naive:
         Yields
         ------
         row : list of float
-            Weights of a source unit. An oracle changes the weight `row[unit]`.
+            Weights of a source unit. `row[unit]` is the weight; an oracle assigns to it.
         unit : int
-            Number of the target unit in its layer.
+            Index of the target unit in the next layer.
         x, y : float
             Activations of the source unit and of the target unit.
         """
@@ -278,7 +280,7 @@ class Naive:
                     row[unit] -= rate * error * source
             errors = [
                 error * activation * (1 - activation)
-                # The error of the bias, which is last, is left out.
+                # `strict=False` drops the last error, which is that of the bias.
                 for error, activation in zip(source_errors, layers[depth], strict=False)
             ]
 
@@ -363,9 +365,9 @@ class Naive:
         Returns
         -------
         list of bool
-            The left, front and right sector.
+            Results of the left, front and right sector.
         """
-        # The sectors have 30 degrees; the front sector includes its edges.
+        # Each sector has 30 degrees. The front sector includes its edges, 15 and 345 degrees.
         angles = [
             self.bearing(agent, item)
             for item in items

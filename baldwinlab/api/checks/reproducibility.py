@@ -25,11 +25,11 @@ from baldwinlab.simulation.simulate import simulate_batch
 
 UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]
-"""A hash for each run."""
+"""SHA-256 of each run, as hexadecimal text."""
 
 
 BLOCK_RUNS: Final = range(17)
-"""Seventeen runs. Sixteen of them fill a SIMD block."""
+"""Seventeen runs: sixteen fill a SIMD block, and one begins the next block."""
 BATCH_RUNS: Final = range(5)
 """Runs of a batch."""
 RUNS_ALONE: Final = (0, 3)
@@ -43,7 +43,7 @@ SIMULATED_POPULATIONS: Final = (2, 17)
 def hash_runs(
     experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU
 ) -> Bits:
-    """Simulate runs, and hash all recorded data and, for MiniWorld, the end of a lifetime."""
+    """Simulate and hash runs, and in MiniWorld a lifetime that is interrupted at steps `cuts`."""
     digests = [hashlib.sha256() for _ in runs]
     records = simulate_batch(experiment, seed, runs, backend)
     for digest, record in zip(digests, records, strict=True):
@@ -92,7 +92,7 @@ def check_blocks(group: PartGroup) -> str:
     """Compare worlds of one agent with both updates: single lanes and SIMD blocks."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("only MiniWorld has SIMD blocks of agents")
-    # The simultaneous update uses SIMD blocks, and the sequential update single lanes.
+    # The sequential update uses single lanes, and the simultaneous update SIMD blocks.
     single, in_blocks = (
         hash_runs(experiment.replace(population={"size": 1}), group.seed, BLOCK_RUNS)
         for experiment in reversed(make_update_variants(group))
@@ -120,7 +120,7 @@ def check_batches(group: PartGroup) -> str:
 
 
 def check_repetition(group: PartGroup) -> str:
-    """Compare repeated runs, with two patterns in unwritten memory."""
+    """Compare two simulations of the same runs, with different patterns in unwritten memory."""
     for experiment in make_update_variants(group):
         bits = []
         for pattern in poison.PATTERNS:

@@ -35,7 +35,7 @@ class ExportFormat(NamedTuple):
     # Called as `write(source, path, force=..., **options)`. It returns a text for the terminal, and
     # raises BaldwinLabError. `source` is a StudyStore if the format needs a study.
     write: Callable[..., str]
-    suffix: str = ""  # Suffix of the file. "": any suffix, and none selects the format.
+    suffix: str = ""  # "": the file can have any suffix, and no suffix selects the format.
     options: tuple[Option, ...] = ()
     library: str = ""  # Optional library that the writer imports.
     extra: str = ""  # Extra of pyproject.toml with the library.
@@ -56,7 +56,7 @@ def study_formats() -> Mapping[str, ExportFormat]:
 
 
 def list_suffixes(formats: Mapping[str, ExportFormat]) -> dict[str, str]:
-    """Return the format that each suffix of a file selects. A format without source has none."""
+    """Return the name of the format by suffix. Formats without a source have no suffix here."""
     return {
         format.suffix: format.name for format in formats.values() if format.suffix and format.source
     }
@@ -70,7 +70,7 @@ def list_without_output(formats: Mapping[str, ExportFormat]) -> list[str]:
 def select_format(
     formats: Mapping[str, ExportFormat], name: str | None, path: Path | None
 ) -> ExportFormat:
-    """Return the format with a name; without a name, the one that the suffix of a file selects."""
+    """Return the format with a name, or without a name, the format of the suffix of a file."""
     if name:
         if name not in formats:
             raise RefusedError(f"--format {name} must be {_join(formats)}")
@@ -109,7 +109,7 @@ def require_options(
     path: Path | None,
     options: Mapping[str, Any],
 ) -> None:
-    """Raise RefusedError for an option without effect, and for one that is missing or wrong."""
+    """Raise RefusedError if an option is missing or wrong, or has no effect in the format."""
     own_names = {option.name for option in format.options}
     for name, value in options.items():
         if name not in own_names:
@@ -146,7 +146,7 @@ def refuse_option(option: str, users: Iterable[str], format: ExportFormat) -> No
 
 
 def require_library(library: str, extra: str, feature: str) -> None:
-    """Import an optional library, or raise RefusedError with the command that installs it."""
+    """Import an optional library, or raise RefusedError with the installation command."""
     try:
         import_module(library)
     except ImportError:

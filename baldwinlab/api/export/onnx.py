@@ -23,7 +23,7 @@ from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.store import StudyStore
 
 Moment = Literal["birth", "death"]
-# Old versions of the operators and of the format, because all recent runtimes can read them.
+# Old versions of the operators and of the format, which all recent runtimes can read.
 OPERATOR_SET_VERSION: Final = 13
 FORMAT_VERSION: Final = 8
 
@@ -83,21 +83,25 @@ def _require_feed_forward(experiment: BaseExperiment, moment: Moment) -> None:
 def _weights_at_death(
     study: StudyStore, condition: str, run: int, generation: int, agent: int
 ) -> npt.NDArray[np.float32]:
-    """Simulate the lifetime of an agent's generation and return its weights."""
+    """Simulate the lifetime of a generation, and return the weights [weight] of one agent."""
     experiment = study.experiment(condition)
     genome = read_genomes(study, condition, run, generation, None).values
     batch = make_batch(experiment, study.seed, [run], generation, genome[None])
     batch.simulate(0, experiment.lifetime.steps)
+    # [run, agent, weight]
     return batch.weights()[0, agent, : experiment.weight_count].copy()
 
 
 def _encode(
     onnx: Any, experiment: Experiment, weights: npt.NDArray[np.float32], origin: dict[str, str]
 ) -> bytes:
-    """Return the bytes of a network with the input `inputs` and the output `outputs`."""
+    """Return the bytes of a network with the input `inputs` and the output `outputs`.
+
+    `weights` [weight]: for each layer the matrix [source unit, target unit], then the biases.
+    """
     helper = onnx.helper
     sizes = experiment.layer_sizes
-    # Layer 0 has the links from the inputs to the next units.
+    # Layer 0 has the links from the inputs to the next units, so n sizes have n - 1 layers.
     last_layer = len(sizes) - 2
     nodes = []
     arrays = []

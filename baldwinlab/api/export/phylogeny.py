@@ -1,10 +1,10 @@
-"""Write the ancestry of agents: their parents as CSV, or a tree sequence of tskit.
+"""Write the ancestry of agents: the parents as CSV, or a tree sequence of tskit.
 
 The CSV file follows the ALife data standard for phylogenies. A tree sequence has one tree per gene.
-A record has the parents of each agent, and not the parent of each gene. The genomes decide it: a
-gene comes from the parent whose value is closer, which is the parent with the equal value if the
-gene did not mutate. If both values are equally close, the gene comes from the parent of the gene
-before it; for the first gene, from the fitter parent.
+A record has the parents of each agent, but not the parent of each gene. The genomes decide: a gene
+comes from the parent with the closer value. If the gene did not mutate, the closer value is equal.
+If both values are equally close, a gene has the parent of the preceding gene. The first gene then
+has the fitter parent.
 
 References
 ----------
@@ -38,7 +38,7 @@ from baldwinlab.studies.store import StudyStore
 
 # Number of edges above which the tables are simplified during the conversion, to limit memory.
 MAX_EDGES: Final = 2_000_000
-# Options of a format of one run.
+# Options of a format that exports one run.
 OPTIONS_OF_RUN: Final = (
     Option("condition", str, "a condition. Default: the only condition."),
     Option("run", int, "number of a run. Default: the only run."),
@@ -49,10 +49,10 @@ Index = npt.NDArray[np.int64]
 class Edges(NamedTuple):
     """The intervals of genes that children inherit from one parent."""
 
-    # First gene of the interval, and the gene after its last one, [edge].
+    # First gene of the interval, and the gene after the interval, [edge].
     left: Index
     right: Index
-    # Numbers of the agents in their generations, [edge].
+    # Indices of agents: of the parent in the generation before, and of the child, [edge].
     parent: Index
     child: Index
 
@@ -65,7 +65,7 @@ def write_tree_sequence(
     run: int | None = None,
     force: bool = False,
 ) -> str:
-    """Write the ancestry of the last generation of a run; return the number of trees as text."""
+    """Write the ancestry of the last generation of a run; return the size as text."""
     import tskit
 
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
@@ -133,7 +133,10 @@ def _require_inherited_genes(experiment: BaseExperiment) -> None:
 def _make_tables(
     tskit: Any, generations: Iterator[Genome], parents: Parents, metadata: dict[str, Any]
 ) -> Any:
-    """Return the tables of a tree sequence, simplified for the last generation."""
+    """Return the tables of a tree sequence, simplified for the last generation.
+
+    `generations`: genomes [agent, module, weight]. `parents`: indices [generation, agent, 2].
+    """
     previous = next(generations)
     genes = previous[0].size
     tables = tskit.TableCollection(sequence_length=genes)
@@ -142,7 +145,7 @@ def _make_tables(
         {"codec": "json"}
     )
     tables.metadata = metadata
-    nodes = _add_agents(tskit, tables, 0, parents, np.empty(0, np.int32))
+    nodes = _add_agents(tskit, tables, 0, parents, np.empty(0, np.int32))  # Founders.
     for generation, genome in enumerate(generations, 1):
         children = _add_agents(tskit, tables, generation, parents, nodes)
         edges = find_edges(genome, previous, parents[generation])
@@ -156,6 +159,7 @@ def _make_tables(
         nodes = children
         if tables.edges.num_rows > MAX_EDGES:
             nodes = _simplify(tables, nodes)
+    # The new indices are not needed after the last generation.
     _simplify(tables, nodes)
     tables.sort_individuals()
     tables.provenances.add_row(
@@ -174,9 +178,9 @@ def _make_tables(
 def _add_agents(
     tskit: Any, tables: Any, generation: int, parents: Parents, nodes: npt.NDArray[np.int32]
 ) -> npt.NDArray[np.int32]:
-    """Add individuals and nodes of a generation; return the numbers of the nodes.
+    """Add individuals and nodes of a generation, and return the indices of the nodes, [agent].
 
-    `nodes` are the nodes of the previous generation. Each individual has one node.
+    `nodes` are the nodes of the previous generation, [agent]. Each individual has one node.
     """
     last_generation = len(parents) - 1
     individuals = tables.nodes.individual
@@ -193,7 +197,7 @@ def _add_agents(
 
 
 def _simplify(tables: Any, nodes: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Remove all nodes but the ancestors of `nodes`, and the founders. Return the new numbers."""
+    """Remove nodes that are no founders or ancestors of `nodes`. Return new indices of `nodes`."""
     tables.sort()
     renumbered = tables.simplify(nodes, keep_input_roots=True, record_provenance=False)
     return np.asarray(renumbered[nodes], np.int32)
@@ -204,25 +208,26 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
 
     - `genome`: genomes of the children, [child, module, weight].
     - `previous`: genomes of the generation before, [agent, module, weight].
-    - `parents`: numbers of the parents in the generation before, [child, 2].
+    - `parents`: indices of the parents in the generation before, [child, 2].
     """
     agents = len(genome)
-    values = genome.reshape(agents, -1).astype(float)
+    values = genome.reshape(agents, -1).astype(float)  # [child, gene]
     difference_to_first, difference_to_second = (
         np.abs(values - previous[parents[:, parent]].reshape(agents, -1)) for parent in (0, 1)
     )
     # 1 for the second parent, -1 for the first, 0 if both are equally close.
     closer = np.sign(difference_to_first - difference_to_second).astype(int)
     genes = np.arange(values.shape[1])
-    # The gene that decides the parent of each gene: itself, or the last one before it whose value
-    # is closer to one parent.
+    # The gene that decides the parent of a gene: the gene itself, or the last gene before it with a
+    # value that is closer to one parent.
     decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
     is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
-    is_second[parents[:, 0] == parents[:, 1]] = False
-    is_start = np.ones(values.shape, bool)
+    is_second[parents[:, 0] == parents[:, 1]] = False  # The child has one parent.
+    is_start = np.ones(values.shape, bool)  # Whether an interval starts at the gene.
     is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]
     child, left = np.nonzero(is_start)
-    # The interval ends where the next one of the same child starts, or after the last gene.
+    # An interval ends where the next interval starts. If the next interval starts at gene 0, a new
+    # child begins, so the interval ends after the last gene.
     right = np.append(left[1:], 0)
     right[right == 0] = len(genes)
     parent = parents[child, is_second[child, left].astype(int)]
@@ -251,8 +256,8 @@ def write_phylogeny(
 ) -> str:
     """Write the parents of agents, and return the number of agents as text.
 
-    Without `run`, agents are numbered through all runs, and the table has the further columns
-    `condition` and `run`.
+    Without `run`, the identifiers of agents continue from run to run, and the table has the further
+    columns `condition` and `run`.
     """
     if condition is None and run is not None:
         raise RefusedError(

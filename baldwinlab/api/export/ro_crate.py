@@ -53,7 +53,7 @@ LIBRARIES: Final = {
     "numpy": ("NumPy", "https://numpy.org"),
     "numba": ("Numba", "https://numba.pydata.org"),
 }
-"""Title and address of a library, by the attribute of the records that has its version."""
+"""(title, address) of a library, by the attribute of a record with the version."""
 Properties = dict[str, Any]
 Entity = tuple[str, str, Properties]
 """Identifier, type and properties of an entity."""
@@ -67,7 +67,7 @@ def write_crate(
     license: str = "",
     force: bool = False,
 ) -> str:
-    """Write ro-crate-metadata.json into the directory of a study, and return its path as text."""
+    """Write ro-crate-metadata.json into the directory of a study; return the path as text."""
     from rocrate.rocrate import ROCrate
 
     crate_path = study.directory / CRATE_FILE
@@ -110,7 +110,7 @@ def _add_entity(
 
 
 def _unwrap_single(entities: Sequence[Any]) -> Any:
-    """Return the list, or its entity if the list has one entity, as the specification requires."""
+    """Return the list, or the only entity of the list, as the specification requires."""
     return entities[0] if len(entities) == 1 else list(entities)
 
 
@@ -127,7 +127,7 @@ def _find_license_address(license: str) -> str:
 
 
 def _parse_author(author: str) -> Entity:
-    """Return a person. Without the address of an ORCID, the identifier is made from the name."""
+    """Return a person from "NAME ADDRESS" or "NAME". ADDRESS, of an ORCID, is the identifier."""
     name, _, address = author.strip().rpartition(" ")
     if not address.startswith("https://orcid.org/"):
         name = author.strip()
@@ -184,7 +184,7 @@ def _add_file(crate: ROCrate, path: str) -> Any:
 def _add_action(
     crate: ROCrate, study: StudyStore, runs: dict[str, int], people: Sequence[ContextEntity]
 ) -> ContextEntity:
-    """Add the simulation. The experiments are its input, and the runs are its result."""
+    """Add the simulation. The experiments are the input, and the runs are the result."""
     experiments = []
     folders = []
     for name, count in runs.items():
@@ -231,7 +231,7 @@ def _session_times(study: StudyStore) -> dict[str, str]:
 def _add_software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
     """Add the software versions in the records. Usually all records have the same version."""
     names = ("baldwinlab", "platform", *LIBRARIES)
-    # The runs of a file have the same versions.
+    # The runs of a file have the same versions, so the first run is enough.
     files = ((name, file) for name in study.experiments for file in study.files(name))
     records = (study.attributes(name, file.first) for name, file in files)
     versions = (tuple(str(record.get(name, "unknown")) for name in names) for record in records)

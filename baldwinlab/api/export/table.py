@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 KEY_COLUMNS: Final = ("condition", "run", *PER_AGENT_DIMS)
 """Columns that identify a row."""
 MIN_ROWS: Final = 2**17
-"""Number of rows that are in memory at a time, and in a row group of Parquet: at least one run."""
+"""Number of rows after which complete runs are written, for example as a row group of Parquet."""
 
 RunValue = str | int | float
 
@@ -50,11 +50,11 @@ class Column(NamedTuple):
     # Unit of the values; "" for text, and for a variable whose unit differs between conditions.
     unit: str
     meaning: str
-    categories: tuple[str, ...] = ()  # The different values of a column of text; () for numbers.
+    categories: tuple[str, ...] = ()  # All values of a column of text; () for numbers.
 
 
 class StudyTable:
-    """The table of the conditions with runs. The methods read its rows."""
+    """The table of the conditions with runs. The methods read the rows."""
 
     def __init__(self, study: StudyStore) -> None:
         """Read the columns. Raise StudyError if no run is stored or a record is damaged."""
@@ -68,7 +68,7 @@ class StudyTable:
         ]
         self.columns = (*self._condition_columns(), *index_columns, *self._variable_columns())
         self.names = [column.name for column in self.columns]
-        # A sweep has thousands of categories, which are the same in each frame.
+        # Computed once, because a sweep has thousands of categories, the same in each frame.
         self._text_types = {
             column.name: pd.CategoricalDtype(column.categories)
             for column in self.columns
@@ -91,7 +91,7 @@ class StudyTable:
         }
 
     def frames(self) -> Iterator[pd.DataFrame]:
-        """Yield the rows of some runs of a condition, without variables that it does not record."""
+        """Yield rows of some runs of a condition, without columns that the condition lacks."""
         for condition in self._runs:
             runs: list[dict[str, npt.NDArray[Any]]] = []
             n_rows = 0
@@ -108,9 +108,9 @@ class StudyTable:
     def _make_frame(
         self, condition: str, runs: Sequence[Mapping[str, npt.NDArray[Any]]]
     ) -> pd.DataFrame:
-        arrays = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
+        arrays = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}  # [row]
         n_rows = len(arrays["run"])
-        values = self._values_by_condition[condition]
+        values = self._values_by_condition[condition]  # One value for all rows.
         series: dict[str, Any] = {}
         for column in self.columns:
             if column.categories:
@@ -151,7 +151,7 @@ class StudyTable:
         return frame.with_columns(texts)
 
     def arrow_schema(self) -> pa.Schema:
-        """Return the types of the columns. pandas reads the metadata into `attrs` of a file."""
+        """Return the types of the columns. pandas reads the metadata of a file into `attrs`."""
         import pyarrow as pa
 
         fields = [
@@ -167,7 +167,7 @@ class StudyTable:
         return pa.schema(fields, {"PANDAS_ATTRS": json.dumps(self.attributes)})
 
     def arrow_tables(self) -> Iterator[pa.Table]:
-        """Yield at least `MIN_ROWS` rows. A variable that the model does not record is null."""
+        """Yield tables of at least `MIN_ROWS` rows, except the last. Missing variables are null."""
         import pyarrow as pa
 
         schema = self.arrow_schema()
@@ -235,7 +235,7 @@ def _list_run_values(study: StudyStore) -> dict[str, dict[str, RunValue]]:
 
 
 def _list_arrays(record: xr.Dataset, run: int) -> dict[str, npt.NDArray[Any]]:
-    """Return the recorded columns and the indices of a run, with one value per row."""
+    """Return the columns of a run, [row]: recorded variables, generation, agent and run."""
     arrays = {
         name: array.ravel()
         for variable in without_genomes(record).data_vars.values()
@@ -257,7 +257,7 @@ def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[A
 
 
 def _merge_columns(columns: Sequence[Column]) -> Column:
-    """Return one column for several conditions. It has no unit if their units differ."""
+    """Return one column for several conditions. The column has no unit if the units differ."""
     units = {column.unit for column in columns}
     meanings = dict.fromkeys(column.meaning for column in columns)
     dtype = np.result_type(*(column.dtype for column in columns))
@@ -301,7 +301,7 @@ def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
 
 
 def _describe_table(table: StudyTable, path: Path) -> dict[str, Any]:
-    """Return the metadata of a table, as CSV on the Web defines them."""
+    """Return the metadata of a table in the format CSV on the Web."""
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": path.name,
@@ -333,7 +333,7 @@ CSV: Final = ExportFormat(
 
 
 def write_parquet(study: StudyStore, path: Path, *, force: bool = False) -> str:
-    """Write the table of a study row group by row group; return the number of runs as text."""
+    """Write the table of a study, some runs at a time, and return the number of runs as text."""
     import pyarrow.parquet as pq
 
     table = StudyTable(study)

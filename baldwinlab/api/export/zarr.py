@@ -58,7 +58,7 @@ def write_zarr(study: StudyStore, path: Path, *, force: bool = False) -> str:
         group = zarr.open_group(store, mode="r+")
         for name in recorded:
             _write_variable(group, data[name], conditions)
-            # The values that were read for the chunks are released.
+            # This releases the values of the variable, which were read for the chunks.
             data = data.drop_vars(name)
     return f"{path}: {sum(len(study.runs(name)) for name in study.experiments):,} runs"
 
@@ -90,8 +90,8 @@ def _convert_texts(frame: xr.Dataset) -> xr.Dataset:
 def _write_variable(group: zarr.Group, recorded: xr.DataArray, conditions: xr.DataArray) -> None:
     """Write a variable [condition, run, ...] chunk by chunk.
 
-    `conditions` are the indices of the conditions, in the shape of the conditions of the store: one
-    dimension for each field of a swept grid.
+    `conditions` are the indices of the conditions in `recorded`, in the shape of the store: one
+    dimension `condition`, or for a swept grid one dimension per field.
     """
     dims = (*conditions.dims, *recorded.dims[1:])
     sizes = (*conditions.shape, *recorded.shape[1:])
@@ -111,6 +111,7 @@ def _write_variable(group: zarr.Group, recorded: xr.DataArray, conditions: xr.Da
             slice(start, start + step) for start, step in zip(corner, chunks, strict=True)
         )
         indices: npt.NDArray[np.intp] = conditions.values[region[:-1]]
+        # [condition, run, ...]
         values = recorded[indices.ravel(), region[-1]].values
         array[region] = values.reshape(*indices.shape, *values.shape[1:])
 
@@ -118,8 +119,8 @@ def _write_variable(group: zarr.Group, recorded: xr.DataArray, conditions: xr.Da
 def _choose_chunks(recorded: xr.DataArray, conditions: xr.DataArray) -> tuple[int, ...]:
     """Return the sizes of a chunk along the dimensions of the conditions and the runs.
 
-    A chunk has several runs of a condition if they are small, and then several conditions. It has
-    one point of each field of a swept grid, and several points of the last field.
+    If runs are small, a chunk has several runs, and if all runs fit, also several conditions. In a
+    swept grid, these are points of the last field, and the other fields have one point.
     """
     n_runs = recorded.sizes["run"]
     rows_of_run = 1

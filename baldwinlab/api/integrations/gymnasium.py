@@ -1,6 +1,6 @@
 """Worlds of foragers as environments of Gymnasium.
 
-Observations, actions, rewards and episodes are those of `baldwinlab.api.integrations.pettingzoo`.
+Observations, actions, rewards and episodes are as in `baldwinlab.api.integrations.pettingzoo`.
 
 References
 ----------
@@ -65,14 +65,15 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
 
         `seed`: seed of the simulations, 0 to 2**32 - 1. Returns the inputs and an empty dict.
         """
+        # Gymnasium requires this call. Its random generator is not used.
         super().reset(seed=None if seed is None else read_seed(seed))
-        return self._worlds.reset(seed)[0, 0], {}
+        return self._worlds.reset(seed)[0, 0], {}  # World 0, agent 0.
 
     def step(self, action: Any) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Simulate one step.
 
-        Returns inputs, energy eaten, termination (never), truncation (the end of life) and an empty
-        dict.
+        Returns the inputs, the eaten energy as reward, False (a life is never terminated), whether
+        the life ends (truncation), and an empty dict.
         """
         inputs, energy = self._worlds.act([action], ["action"])
         return inputs[0, 0], float(energy[0, 0]), False, self._worlds.is_over, {}
@@ -116,7 +117,7 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     ) -> tuple[Numbers, dict[str, Any]]:
         """Start the next life in all worlds, or the first life of a seed, which is one number.
 
-        `options` are not used.
+        `options` are not used. Returns the inputs [environment, input] and an empty dict.
         """
         if isinstance(seed, list):
             raise RefusedError(
@@ -128,7 +129,8 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
         """Simulate one step of all agents. The step after the end of life starts the next life.
 
-        The rewards are the eaten energy. A life is never terminated, and its end is a truncation.
+        Returns the inputs [environment, input], the eaten energy as rewards, the terminations (all
+        False), the truncations (all True at the end of life, else all False), and an empty dict.
         """
         all_false = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:
@@ -153,7 +155,7 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def render(self) -> tuple[Any, ...] | None:
         """Return an image per environment, or None without a render mode.
 
-        The agents of a world have the same image.
+        The environments of one world have the same image.
         """
         images = self._worlds.draw()
         agents_per_world = self._worlds.shape[1]
@@ -180,7 +182,7 @@ def single_env(
     Returns
     -------
     gymnasium.Env
-        The environment. Observations, rewards and resets are those of `parallel_env`.
+        The environment. Observations, rewards and resets are as in `parallel_env`.
 
     Raises
     ------
@@ -211,7 +213,7 @@ def vector_env(
     Returns
     -------
     gymnasium.vector.VectorEnv
-        `worlds` times `population.size` environments. Observations, rewards and resets are those of
+        `worlds` times `population.size` environments. Observations, rewards and resets are as in
         `parallel_env`.
 
     Raises
@@ -229,7 +231,7 @@ def make_forager(
     set: Mapping[str, Any] | None = None,
     render_mode: str | None = None,
 ) -> gymnasium.Env[Numbers, Any]:
-    """Return the environment "baldwinlab/Forager-v0" of `gymnasium.make`.
+    """Return the environment "baldwinlab/Forager-v0". `gymnasium.make` calls this function.
 
     `set`: settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
     Raises `RefusedError` if the model has no steps, or its agents act one after another.
@@ -237,7 +239,7 @@ def make_forager(
     return single_env(_load_single_forager(preset, set), render_mode)
 
 
-# `gymnasium.make` reads the render modes of the function.
+# `gymnasium.make` reads the render modes from this attribute of the function.
 make_forager.metadata = METADATA  # type: ignore[attr-defined]
 
 
@@ -247,7 +249,7 @@ def make_foragers(
     set: Mapping[str, Any] | None = None,
     render_mode: str | None = None,
 ) -> VectorForagers:
-    """Return the environments "baldwinlab/Forager-v0" of `gymnasium.make_vec`."""
+    """Return environments "baldwinlab/Forager-v0". `gymnasium.make_vec` calls this function."""
     return vector_env(_load_single_forager(preset, set), num_envs, render_mode)
 
 
@@ -257,6 +259,7 @@ def _load_single_forager(
     """Return an experiment with one agent per world, and with changed settings."""
     experiment = preset if isinstance(preset, BaseExperiment) else load(preset)
     if isinstance(experiment, Experiment):
+        # The elite must not be larger than the population.
         experiment = experiment.replace(population={"size": 1, "worlds": 1}, evolution={"elite": 0})
     changed: BaseExperiment = assign(experiment, format_assignments(settings or {}))
     return changed

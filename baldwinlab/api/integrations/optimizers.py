@@ -47,8 +47,8 @@ class Evaluation(NamedTuple):
     ----------
     fitness : array, float64 [genome]
         Fitness that selection uses: the gain of a life minus the cost of learning.
-    behavior : array, float64 [genome, number]
-        Numbers that describe the behavior. `Problem.behaviors` names them.
+    behavior : array, float64 [genome, value]
+        Values that describe the behavior. `Problem.behaviors` has the name of each value.
     """
 
     fitness: Numbers
@@ -56,7 +56,7 @@ class Evaluation(NamedTuple):
 
 
 class Problem:
-    """An experiment as an objective function. Its selection and variation are not used.
+    """An experiment as an objective function. The selection and the variation are not used.
 
     Attributes
     ----------
@@ -81,6 +81,7 @@ class Problem:
         self.experiment = experiment
         self.seed = seed
         self._workers = workers or available_cores()
+        # The messages of the compilation are ignored.
         compile_experiments([experiment], CPU, lambda _: None)
 
     @property
@@ -95,11 +96,10 @@ class Problem:
 
     @property
     def behaviors(self) -> tuple[str, ...]:
-        """Return the names of the numbers that describe the behavior of an agent.
+        """Return the names of the values that describe the behavior of an agent.
 
-        The numbers of a forager are its final position, `x` and `y`. In other models they are the
-        recorded variables. With several lifetimes (`lifetime.repeats`), the position is that of the
-        first lifetime.
+        For a forager, the values are the final position in the first lifetime, `x` and `y`. In
+        other models, the values are the recorded variables.
         """
         if isinstance(self.experiment, Experiment):
             return ("x", "y")
@@ -107,7 +107,7 @@ class Problem:
 
     @check_numbers
     def founders(self, count: int) -> npt.NDArray[np.float32]:
-        """Return random genomes: the founders of runs 0, 1, 2 and so on.
+        """Return random genomes: the founders of run 0, then of run 1, and so on.
 
         Parameters
         ----------
@@ -131,7 +131,8 @@ class Problem:
         """Simulate one lifetime of each genome, on all cores.
 
         A world has `population.size` consecutive genomes. World 0 is run 0 of the seed, world 1 is
-        run 1. The same genomes, seed and generation give bit-identical lives, also in `simulate`.
+        run 1, and so on. The same genomes, seed and generation give lives that are bit-identical,
+        also to those of `simulate`.
         If `population.size` is 1, each agent is alone in its world.
 
         Parameters
@@ -140,25 +141,25 @@ class Problem:
             Array [genome, weight] or [genome, module, weight]. The number of genomes is a multiple
             of `population.size`.
         generation
-            Number of the generation, 0 to 2**31 - 1. It determines the random numbers, and the
-            settings of an experiment with a schedule.
+            Index of the generation, 0 to 2**31 - 1. It selects the random numbers, and the settings
+            of an experiment with a schedule.
 
         Returns
         -------
         Evaluation
-            Fitness [genome] and behavior [genome, number].
+            Fitness [genome] and behavior [genome, value].
 
         Raises
         ------
         RefusedError
-            The genomes have another shape, hold a number that is not finite, or do not fill their
+            The genomes have another shape, contain a number that is not finite, or do not fill all
             worlds.
         ArgumentError
             The generation is out of range.
         """
         genomes_by_world = self._split_into_worlds(genomes)
         worlds = range(len(genomes_by_world))
-        # A chunk has as many worlds as a batch of the CPU.
+        # A chunk has as many worlds as a batch of the CPU. The last chunk can have fewer.
         chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
 
         def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
@@ -202,11 +203,12 @@ class Problem:
     def _simulate(
         self, settings: BaseExperiment, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Any, Numbers]:
-        """Return the results of the lives in the worlds, and the behavior [genome, number]."""
+        """Return the results of the lives in the worlds, and the behavior [genome, value]."""
         n_agents = len(runs) * genomes.shape[1]
         if isinstance(settings, Experiment):
             batch = make_batch(settings, self.seed, runs, generation, genomes)
             batch.simulate(0, settings.lifetime.steps)
+            # [(x, y), lane] -> [genome, (x, y)]. The first lanes are those of the first lifetime.
             positions = batch.state.positions[:, :n_agents].T.astype(float)
             return collect_results(settings, batch, genomes), positions
         require_single_species(settings, "an optimization")
@@ -236,7 +238,7 @@ def make_problem(
     Parameters
     ----------
     experiment
-        The experiment. Its selection and variation are not used.
+        The experiment. The selection and the variation are not used.
     seed
         Seed of the simulations, 0 to 2**31 - 1.
     workers
@@ -245,7 +247,7 @@ def make_problem(
     Returns
     -------
     Problem
-        Its method `evaluate` returns the fitness and the behavior of genomes.
+        The method `evaluate` returns the fitness and the behavior of genomes.
 
     Raises
     ------

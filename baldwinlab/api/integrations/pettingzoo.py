@@ -1,9 +1,9 @@
 """Worlds of foragers as environments of PettingZoo.
 
-An observation is the inputs of an agent, an action is one of its actions, and the reward is the
-energy that the agent eats in a step. A lifetime is an episode of fixed length. The same seed gives
-the same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` starts
-the next generation.
+An observation is the inputs of an agent, an action is one action of the agent, and the reward is
+the energy that the agent eats in a step. A lifetime is an episode of fixed length. The same seed
+gives the same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()`
+starts the next generation.
 
 References
 ----------
@@ -64,7 +64,7 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
     ) -> tuple[dict[str, Numbers], dict[str, dict[str, Any]]]:
         """Start the next life, or the first life of a seed from 0 to 2**32 - 1.
 
-        `options` are not used.
+        `options` are not used. Returns the inputs and an empty dict, both by agent.
         """
         inputs = self._worlds.reset(seed)
         self.agents = list(self.possible_agents)
@@ -73,9 +73,11 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
         """Simulate one step, with an action of each agent.
 
-        The rewards are the eaten energy. A life is never terminated, and its end is a truncation.
+        Returns five dicts by agent: the inputs, the eaten energy as reward, False (a life is never
+        terminated), whether the life ends (truncation), and an empty dict.
         """
         names = [f"actions[{agent!r}]" for agent in self.possible_agents]
+        # Without agents, no life is running, and `act` raises ResetNeededError.
         listed_actions = self._list_actions(actions) if self.agents else []
         inputs, energy = self._worlds.act(listed_actions, names)
         is_over = self._worlds.is_over
@@ -111,7 +113,7 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         """Do nothing. No resource is open."""
 
     def _name_by_agent(self, rows: npt.NDArray[Any]) -> dict[str, Any]:
-        """Return the rows of an array by the names of the agents."""
+        """Return the rows of an array [agent, ...] by the names of the agents."""
         return dict(zip(self.possible_agents, rows, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""Worlds of foragers for the environments of PettingZoo and Gymnasium, and their images."""
+"""Worlds of foragers with external actions, for PettingZoo and Gymnasium, and images of worlds."""
 
 from __future__ import annotations
 
@@ -40,37 +40,39 @@ RENDER_FPS: Final = 25
 
 
 class LifetimeImages:
-    """Images of one world, which show its agents, their trails and its items."""
+    """Images of one world, which show the agents, the trails of the agents, and the items."""
 
     def __init__(self, world: int) -> None:
         self._world = world
-        # The states after the last steps, as many as the trails of the agents show.
+        # The last states. A trail connects the current position with `TRAIL_STEPS` earlier ones.
         self._states: deque[dict[str, npt.NDArray[Any]]] = deque(maxlen=TRAIL_STEPS + 1)
         self._steps_done = 0
 
     def begin(self, experiment: Experiment, generation: int, view: PopulationView) -> None:
-        """Start a lifetime with its state before the first step."""
+        """Start a lifetime, and store the state before the first step."""
         self._experiment = experiment
         self._generation = generation
         self._states.clear()
         self.record(view)
+        # `record` has counted a step, but no step was simulated yet.
         self._steps_done = 0
 
     def record(self, view: PopulationView) -> None:
-        """Store the state after one more step."""
+        """Store the current state of the world, and count one step."""
         n_agents = self._experiment.population.size
         lanes = slice(self._world * n_agents, (self._world + 1) * n_agents)
-        positions = view.positions()[self._world]
-        # A dead agent has a negative x.
+        positions = view.positions()[self._world]  # [agent, (x, y)]
+        # The engine marks a dead agent with a negative x. An image shows no agent at NaN.
         positions = np.where(positions[:, :1] < 0, np.float32(np.nan), positions)
-        items = view.items()[self._world]
+        items = view.items()[self._world]  # [item, (x, y)]
+        # The engine stores a heading as index of one of `HEADING_COUNT` directions.
         heading = view.state.heading[0, lanes] * np.float32(DEGREES_PER_TURN / HEADING_COUNT)
         self._states.append(
             {
                 "x": positions[:, 0],
                 "y": positions[:, 1],
                 "heading": heading,
-                "eaten": view.state.eaten_in_life[:, lanes].sum(axis=0),
+                "eaten": view.state.eaten_in_life[:, lanes].sum(axis=0),  # Of all kinds, [agent].
                 "item_x": items[:, 0].copy(),
                 "item_y": items[:, 1].copy(),
             }
@@ -78,11 +80,11 @@ class LifetimeImages:
         self._steps_done += 1
 
     def draw(self) -> Image:
-        """Draw the last state."""
+        """Draw the current state, with trails from the earlier stored states."""
         arrays = {
             name: np.stack([state[name] for state in self._states]) for name in self._states[0]
         }
-        # From the numbers in life to the numbers in each step, and those before the first state.
+        # Totals since birth -> items per step. The first entry is the total of the first state.
         arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)
         dimensions = {name: "item" if name.startswith("item") else "agent" for name in arrays}
         trace = xr.Dataset(
@@ -106,11 +108,11 @@ class LifetimeImages:
 
 
 class ResetNeededError(RefusedError, error.ResetNeeded):
-    """A step or an image before the first reset, or a step after the end of a lifetime."""
+    """Error of a step or an image before the first reset, or of a step after a lifetime."""
 
 
 class InvalidActionError(RefusedError, error.InvalidAction):
-    """An action that the space of the actions does not contain."""
+    """Error of an action that the space of the actions does not contain."""
 
 
 class SteeredWorlds:
@@ -139,6 +141,7 @@ class SteeredWorlds:
         self._experiment = experiment
         # The settings of the current generation.
         self._settings = experiment.at(0)
+        # The seed 0 is a placeholder: `reset` sets the seed. World 0 is run 0, world 1 is run 1.
         self._batch = SteeredBatch(self._settings, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
         self.life_steps = experiment.lifetime.steps
@@ -146,7 +149,7 @@ class SteeredWorlds:
         self.actions = appearance.actions
         self.has_discrete_actions = bool(experiment.part("motor.body").chooses)
         self._seed = 0
-        self._generation = -1
+        self._generation = -1  # No lifetime has started yet.
         n_images = 0 if render_mode is None else worlds
         self._images = [LifetimeImages(world) for world in range(n_images)]
 
@@ -187,7 +190,8 @@ class SteeredWorlds:
     def act(self, actions: Any, names: Sequence[str]) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """Simulate one step of all agents.
 
-        Returns the inputs, [world, agent, input], and the eaten energy, [world, agent].
+        `names`: the name of each agent in messages, world after world. Returns the next inputs,
+        [world, agent, input], and the energy that each agent ate in the step, [world, agent].
         """
         self._require_started("step")
         if self.is_over:
@@ -204,7 +208,7 @@ class SteeredWorlds:
         return results
 
     def draw(self) -> list[Image]:
-        """Draw the current step of each world. The list is empty without a render mode."""
+        """Return one image per world of the current state, or an empty list without render mode."""
         self._require_started("render")
         return [images.draw() for images in self._images]
 
@@ -223,6 +227,7 @@ class SteeredWorlds:
         checked_actions = self._select_valid(actions)
         if checked_actions is not None:
             return checked_actions
+        # Name the first invalid action. If each is valid alone, only their types differ.
         for name, action in zip(names, actions, strict=True):
             if self._select_valid([action]) is None:
                 raise InvalidActionError(f"{name} = {action!r} {self._describe_actions()}")
@@ -257,7 +262,7 @@ class SteeredWorlds:
 
 
 def read_seed(seed: Any) -> int:
-    """Return a seed as an integer of Python."""
+    """Return a seed as an integer of Python. Raise ArgumentError for an invalid seed."""
     is_integer = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
     if not is_integer or not 0 <= seed < SEED_LIMIT:
         raise ArgumentError("seed", seed, f"must be a whole number from 0 to {SEED_LIMIT - 1}")
@@ -265,7 +270,7 @@ def read_seed(seed: Any) -> int:
 
 
 def _require_constant_spaces(experiment: Experiment) -> Appearance:
-    """Return the appearance of all generations. Raise RefusedError if the spaces would change."""
+    """Return the names of inputs and actions. Raise RefusedError if the schedule changes them."""
     first_settings = experiment.at(0)
     first_appearance = describe_appearance(first_settings)
     for generation in (0, *(change.generation for change in experiment.schedule)):

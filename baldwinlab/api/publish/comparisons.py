@@ -42,19 +42,19 @@ MAX_COMPARED_POINTS: Final = 100
 
 
 def format_instruction(directory: Path) -> str:
-    """Return the command that adds runs to a study of conditions. "{runs}" is their number."""
+    """Return the command that adds runs to a study of conditions, with "{runs}" to fill in."""
     return f"To add runs: baldwinlab run {quote_path(directory)} --runs {{runs}}"
 
 
 def instruction_of(study: StudyStore) -> str:
-    """Return the instruction that adds runs to a stored study, with "{runs}" for their number."""
+    """Return the instruction that adds runs to a stored study, with "{runs}" to fill in."""
     if study.kind == CONDITIONS:
         return format_instruction(study.directory)
     return SWEEP_INSTRUCTION if study.kind == SWEEP else MULTIVERSE_INSTRUCTION
 
 
 def are_compared(sweep: Sweep, points: int) -> bool:
-    """Return whether the points are compared: not those of a random sample, nor many points."""
+    """Return whether points are compared. Random samples and large grids are not compared."""
     is_sample = sweep.samples is not None
     return points <= MAX_COMPARED_POINTS and not is_sample
 
@@ -94,12 +94,14 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
 def compare_finals(
     study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
 ) -> Contrasts:
-    """Compare the conditions, or the points of a sweep, whose measures are [condition, run].
+    """Compare the conditions of a study, or the points of a sweep.
 
-    `baseline`: condition with which all others are compared, or "" for the default.
+    `finals`: measures (condition, run), where a point of a sweep is a condition. `baseline`:
+    condition with which all others are compared, or "" for the default.
     """
     names = finals["condition"].values.tolist()
     if study.kind == SWEEP:
+        # Points have no factors, so all points have one reference.
         titles = name_points(study)
         names = [titles[name] for name in names]
         factors = dict.fromkeys(names, Factors())
@@ -114,7 +116,7 @@ def compare_finals(
 def require_baseline(study: StudyStore, baseline: str) -> None:
     """Raise StudyError unless the baseline is "" or a condition with a run."""
     if baseline:
-        study.experiment(baseline)
+        study.experiment(baseline)  # Raises StudyError for an unknown condition.
         if not study.runs(baseline):
             raise StudyError(
                 f"baseline {baseline!r}: {study.location} has no finished run of this condition"

@@ -52,7 +52,7 @@ TITLE: Final = "Is there a Baldwin effect?"
 def compare_papers(
     folder: Path, out: Path | None = None, *, last: int = 10, force: bool = False
 ) -> Path:
-    """Write a page that compares all papers whose studies are in a folder, and return its path.
+    """Write a page that compares all papers whose studies are in a folder; return the path.
 
     The function also writes into the folder: gallery.json and gallery.csv with one row per system
     and question, papers.json with one record per paper, and figures/. No simulation runs.
@@ -93,7 +93,7 @@ def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], li
         Section("clocks", "Time to half of the final fitness", clocks),
         Section("claims", "Claims of the papers", claims),
     ]
-    # The other conclusions begin the section "Answers by system".
+    # The first conclusion is the lead. The section "Answers by system" has the other conclusions.
     write_page(TITLE, next(conclude(decisions)), sections, out, figures)
     return entries, decisions
 
@@ -202,7 +202,7 @@ def _tabulate_times(entries: Sequence[Entry]) -> Table | None:
 
 
 def _tabulate_claims(entries: Sequence[Entry]) -> Table:
-    """Return the number of claims of each paper by kind and verdict."""
+    """Return the numbers of claims of each paper by kind and verdict, and the other claims."""
     verdicts = (HOLDS, UNDECIDED, FAILS)
     groups = []
     for entry in entries:
@@ -225,7 +225,7 @@ def _tabulate_claims(entries: Sequence[Entry]) -> Table:
 
 
 def _describe_sooner(time: TimeToLevel) -> str:
-    """Return whether the level is reached sooner with learning, by generations and evaluations."""
+    """Return which condition reaches the level sooner, such as "with learning by both"."""
     is_reached = not isnan(time.generations)
     is_reached_without = not isnan(time.control_generations)
     if not is_reached:

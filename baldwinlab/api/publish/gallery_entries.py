@@ -32,7 +32,7 @@ class Entry:
     directory: Path
     # Number of runs of the condition with the most runs.
     runs: int
-    # Verdicts by claim. Empty if the study has no report.
+    # Verdict by identifier of the claim. Empty if the study has no report.
     claims: dict[str, str]
     systems: tuple[System, ...]
     # The reason why there is no system. "" if there is a system.
@@ -47,7 +47,7 @@ class Entry:
 
     @property
     def claims_by_kind(self) -> dict[str, dict[str, str]]:
-        """The verdicts by claim, by the name of the kind of the claims."""
+        """The verdicts by identifier of the claim, for each kind, such as "claims of the paper"."""
         verdicts = {
             plural: {
                 claim.id: self.claims[claim.id]
@@ -73,7 +73,7 @@ def _list_studies(folder: Path) -> list[Path]:
 
 
 def find_studies(folder: Path) -> dict[str, StudyStore]:
-    """Find a study of each paper in a folder: one without changes, then the one with most runs."""
+    """Find one study per paper in a folder: preferably unchanged, and then with the most runs."""
     studies: dict[str, StudyStore] = {}
     for directory in _list_studies(folder):
         study = StudyStore(directory)
@@ -93,7 +93,7 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
 
 
 def _rank_study(study: StudyStore) -> tuple[bool, int]:
-    """Return a key that is larger for a preferred study."""
+    """Return a sort key that is largest for the preferred study of a paper."""
     return not study.changes, count_most_runs(study)
 
 
@@ -113,7 +113,7 @@ def read_entries(folder: Path, last: int) -> list[Entry]:
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     assays = read_assays(study)
-    # Not an assay of the Baldwin effect.
+    # This assay does not measure the Baldwin effect.
     assays.pop(UNSEEN_MAPS, None)
     conditions_with_runs = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
@@ -144,7 +144,7 @@ def _explain_omission(
     study: StudyStore, conditions_with_runs: Sequence[str], has_innate: bool
 ) -> tuple[str, tuple[str, ...]]:
     """Return the reason why a study has no system, and the commands that add a system."""
-    # Without its custom part, a condition raises ExperimentError.
+    # `learns` raises ExperimentError if a custom part is not loaded.
     try:
         learning = [
             study.experiments[name]

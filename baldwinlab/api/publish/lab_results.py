@@ -1,7 +1,7 @@
-"""Results that the lab shows, as plain data, and their cache in `results.json` next to the report.
+"""Results that the lab shows, as plain data, and the cache `results.json` next to the report.
 
-The results are curves, final values and typical runs. The page draws the columns of its table "All
-runs" that `record_runs` describes; `_list_values` is the only list of these columns.
+The results are curves, final values and typical runs. `record_runs` describes the columns of the
+table "All runs" of the page. `_list_values` is the only list of the columns with numbers.
 
 Reading a large study takes seconds. The cache is valid only for the version of baldwinlab and the
 format that wrote it, and only for the same stored records.
@@ -35,20 +35,20 @@ from baldwinlab.studies.sweeps.design import settings_by_label
 DEFAULT_LAST: Final = 10
 """Default number of final generations of the report."""
 SORTED_COLUMN: Final = "mean"
-"""The column by which the table is sorted at first."""
+"""The column by which the page first sorts the table "All runs"."""
 
 
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 CACHE_FILE: Final = "results.json"
 FORMAT: Final = 3
-"""Number of the format of the results. It changes with their keys."""
+"""Version of the format. The version changes when the keys of the results change."""
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""
 
 
 def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
-    """Compute the results of all conditions with a run, from `data` if it has all of them."""
+    """Compute the results of all conditions with a run. `data`: the runs, if already read."""
     names = [name for name in study.experiments if study.runs(name)]
     results: dict[str, Any] = {
         "conditions": names,
@@ -60,7 +60,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     }
     if not names:
         return results
-    # This import takes time.
+    # Imported here, because the import takes time.
     from baldwinlab.analysis.report.tables import name_measures
 
     if data is None or data["condition"].values.tolist() != names:
@@ -92,7 +92,7 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     curves_by_condition: dict[str, Any] = {}
     for name in data["condition"].values.tolist():
         experiment = study.experiments[name]
-        # The number of agents is constant, so shares of species say the same.
+        # "composition" replaces "size", because the number of all agents is constant.
         curves = [
             "composition" if curve == "size" else curve for curve in list_species_curves(experiment)
         ]
@@ -125,7 +125,7 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 def read_run_curves(
     study: StudyStore, condition: str, measure: str
 ) -> dict[str, list[float | None]]:
-    """Return the curve of every run of a condition: one value per generation, by run."""
+    """Return the curve of each run of a condition: a list [generation] by index of the run."""
     if measure not in fitness.MEASURES:
         raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
     runs = study.runs(condition)
@@ -157,7 +157,7 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
 
 
 def _summarize_norms(panel: ReactionPanel) -> dict[str, dict[str, list[float | None]]]:
-    """Return the median and its interval by condition, with None for missing values."""
+    """Return lists `median`, `low` and `high` by condition, with None for missing values."""
     indices = range(len(panel.values))
     summaries = {}
     for name, fitness_values in panel.norms.items():
@@ -188,7 +188,7 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
 
 
 def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
-    """Write the results of a study to its cache, unless it has too many conditions."""
+    """Write the results of a study to its cache, unless the study has too many conditions."""
     if len(study.experiments) > MAX_CONDITIONS:
         return
     record = {
@@ -240,7 +240,7 @@ def _list_values(data: xr.Dataset) -> dict[str, ValueColumn]:
 def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     """Return the table as plain data: `columns`, `rows` by key of the column, and texts.
 
-    `order` of a column is that of the first click on its heading. An undefined number is None.
+    `order` of a column is the order after the first click on the heading. NaN becomes None.
     """
     numbers = _list_values(data)
     rows: list[dict[str, Any]] = []
@@ -251,7 +251,7 @@ def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
         ]
         rows += [
             {"condition": name, "run": run, **dict(zip(numbers, row, strict=True))}
-            for run, *row in zip(runs, *values, strict=True)
+            for run, *row in zip(runs, *values, strict=True)  # From columns to rows.
         ]
     return {
         "note": f"averaged over the last {DEFAULT_LAST} generations",
@@ -266,7 +266,7 @@ def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _describe_column(key: str, title: str, cell_format: str) -> dict[str, str]:
-    """Return a column as the page draws it: the largest number is first, and the first name."""
+    """Return a column for the page. Numbers are sorted in descending order, and texts ascending."""
     order = "descending" if cell_format == "number" else "ascending"
     return {"key": key, "title": title, "format": cell_format, "order": order}
 

@@ -38,7 +38,7 @@ def plan_report(
 ) -> ReportPlan:
     """Return the plan of a report.
 
-    `paper`: paper whose claims are evaluated. By default the paper that defines the study, if any.
+    `paper`: paper whose claims are evaluated, by default the paper that defines the study, if any.
     Raises PaperError if the paper names a figure that does not exist.
     """
     if paper is None and (study.paper or study.kind == MULTIVERSE):
@@ -68,7 +68,7 @@ def _emergence_condition(
 
 def _can_replay(study: StudyStore, condition: str) -> bool:
     """Return whether a condition has the model MiniWorld, one species, and loaded parts."""
-    # PartError is a ValueError.
+    # PartError, for a missing or changed part, is a ValueError.
     try:
         study.require_parts(condition)
     except ValueError:
@@ -78,7 +78,7 @@ def _can_replay(study: StudyStore, condition: str) -> bool:
 
 
 def required_memory(plan: ReportPlan) -> Need:
-    """Estimate the memory of a report. Only one variant of a multiverse is in memory at a time."""
+    """Estimate the memory of a report. A multiverse has one variant in memory at a time."""
     study = plan.study
     runs_by_variant: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
@@ -91,7 +91,7 @@ def required_memory(plan: ReportPlan) -> Need:
 
 
 def replay_memory(experiment: BaseExperiment) -> Need:
-    """Estimate the memory of the lifetimes in the figure of emergence."""
+    """Estimate the memory of the traces in the figure of emergence."""
     if not isinstance(experiment, Experiment) or experiment.population.species:
         return NO_NEED
     n_lives = len(emergence_generations(experiment.evolution.generations))

@@ -41,7 +41,7 @@ class FigureFile(NamedTuple):
 def make_figure_file(
     study: StudyStore, name: str, file_format: str, conditions: Sequence[str]
 ) -> FigureFile:
-    """Make the file of a figure of the report, with its number of runs and its caption.
+    """Make the file of a figure of the report, with the number of runs and the caption.
 
     `name`: one of `FIGURES_OF_CONDITIONS`, or for a sweep `FIGURE_OF_SWEEPS`. `file_format`: one of
     `FORMATS`.
@@ -58,7 +58,7 @@ def make_figure_file(
 
 
 def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigure:
-    """Draw a figure, with the runs in its name, its caption and its table."""
+    """Draw a figure, with the number of runs in the name, the caption and the table."""
     is_sweep = study.kind == SWEEP
     available = (FIGURE_OF_SWEEPS,) if is_sweep else FIGURES_OF_CONDITIONS
     if name not in available:
@@ -68,11 +68,11 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
         raise ValueError(f"a figure has 1 to {MAX_CONDITIONS} conditions, not {len(names)}")
     data = fitness.cache_measures(open_sample(study, names))
     if is_sweep:
-        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))
+        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))  # "responses"
     else:
         drawn = _draw_conditions(study, data, name)
     runs = format_range(count_runs(data).values())
-    # The path "." has no name.
+    # The path "." has a name only after `resolve`.
     title = study.directory.resolve().name
     return drawn._replace(
         name=f"{title}-{name}-{runs.replace(' ', '-')}-runs",

@@ -1,4 +1,4 @@
-"""Results of a study in stages for its report: the confirmation and the specification curve."""
+"""Results for the report of a study in stages: the confirmation and the specification curve."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def read_staged_results(
     data: xr.Dataset,
     results: Sequence[ClaimResult],
 ) -> StagedResults | None:
-    """Return the results of the confirmation, None without the assay `unseen-maps`."""
+    """Return the results of a study in stages, or None without the assay `unseen-maps`."""
     unseen = get_unseen_maps(data)
     values = {
         name: unseen.sel(condition=name).dropna("run").values
@@ -64,7 +64,7 @@ def read_staged_results(
 
 
 def describe_size(study: StudyStore, paper: Paper, data: xr.Dataset) -> list[str]:
-    """Return sentences on differences between the size of a study and that of its paper."""
+    """Return sentences if a study is smaller than the study of the paper, or exploratory."""
     metadata = paper.metadata
     if study.first_run != metadata.first_run:
         return [
@@ -91,6 +91,7 @@ def _read_digests(study: StudyStore) -> dict[str, str]:
 
 def _describe_changed_files(paper: Paper, digests: Mapping[str, str]) -> list[str]:
     """Return a sentence for each file of the paper that differs from the start of the study."""
+    # `tuned` replaces a missing file. Only files that exist are compared below.
     current = digest_files(paper, tuned="")
     return [
         f"{name} has been changed since the study was created: its claims were not fixed before."
@@ -113,7 +114,7 @@ def _format_tuned_settings(study: StudyStore, design: Design) -> dict[str, str]:
 
 
 def _read_specifications(study: StudyStore, design: Design) -> SpecificationResults | None:
-    """Return the specification curve next to the confirmation, None if it is not stored."""
+    """Return the specification curve from the folder next to the study, or None."""
     directory = study.directory.parent / SPECIFICATIONS_FOLDER
     if not is_study(directory):
         return None

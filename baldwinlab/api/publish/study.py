@@ -72,7 +72,7 @@ NO_PAIRS: Final = (
 
 
 class Published(NamedTuple):
-    """The results of a study, and a function that writes its report again."""
+    """The results of a study, and a function that writes the report again."""
 
     claims: Sequence[ClaimResult]
     contrasts: Contrasts
@@ -167,7 +167,7 @@ def _extra_sections(
     analysis: Analysis | None,
     standard: multiverse_section.StandardStudy | None,
 ) -> list[Section]:
-    """Return the sections of the assays and of the multiverse in the study's directory."""
+    """Return the sections of the stored assays and of the stored multiverse, if any."""
     directory = plan.study.directory
     sections = []
     if analysis:
@@ -186,9 +186,9 @@ def _extra_sections(
 
 
 def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | None:
-    """Return the verdicts, and the smallest and largest number of runs.
+    """Return the verdicts by claim, and the smallest and largest number of runs of a condition.
 
-    None without a paper, or if the study uses another variant than the standard variant.
+    None without a paper, or if a condition does not follow the standard variant.
     """
     if set(report.variants.values()) != {STANDARD}:
         return None
@@ -198,7 +198,7 @@ def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | No
 
 
 def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
-    """Replay generations of the typical run, for the figure of emergence."""
+    """Return traces of some generations of the typical run, for the figure of emergence."""
     condition = plan.emergence_condition
     if condition is None:
         return []
@@ -248,7 +248,7 @@ def _make_trait_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> 
 def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr.DataArray | None:
     """Return the stored genomes of the last generation (run, agent, gene).
 
-    None if genomes are graphs, whose genes have no fixed position, or if they are not stored.
+    None if the genomes are not stored, or are graphs, in which genes have no fixed index.
     """
     experiment = study.experiments[condition]
     model = experiment.loaded_model
@@ -265,7 +265,7 @@ def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr
         record = study.record(condition, run)
         if record["kept_generation"].values[-1] != last_generation:
             return None
-        stored_genomes = record["kept_genome"].values[-1]
+        stored_genomes = record["kept_genome"].values[-1]  # [agent, ...]
         genomes.append(stored_genomes.reshape(len(stored_genomes), -1))
     return xr.DataArray(
         np.stack(genomes),
@@ -304,17 +304,18 @@ def publish_sweep(plan: ReportPlan) -> Contrasts:
 
 
 def _compare_points(plan: ReportPlan, finals: xr.Dataset) -> Contrasts:
-    """Return the comparisons of the points. A large sweep has none."""
+    """Return the comparisons of the points, empty for a large sweep or a random sample."""
     study = plan.study
     if not has_comparisons(study):
         return Contrasts("", plan.last, ())
+    # Points become conditions, which `compare_finals` compares.
     by_condition = finals[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
     by_condition = by_condition.assign_coords(condition=list(study.experiments))
     return compare_finals(study, by_condition, plan.last, plan.baseline)
 
 
 def publish_multiverse(plan: ReportPlan) -> Multiverse:
-    """Write multiverse.json, results.json, the figures and the page of variants with runs."""
+    """Write multiverse.json, results.json, the figures and the page, of all variants with runs."""
     study = plan.study
     study.require_runs()
     paper = plan.paper

@@ -4,8 +4,8 @@ No other module may use such a name. A minor release of Numba may change any of 
 `tests/engine/test_numba_internals.py` checks each one by name, and
 `engine/__init__.py` bounds the versions. The modules:
 
-- `lowering`: types, data models and the instructions of functions that are written by hand,
-- `pipeline`: the passes of a compilation, its results, and how their code is optimized and linked,
+- `lowering`: types, data models and LLVM instructions for code that the engine emits itself,
+- `pipeline`: the passes of a compilation, the results, and how LLVM optimizes and links them,
 - `dispatchers`: options of `numba.njit`, the cache protocol, and the code of a compiled function,
 - `cuda`: the compilation for a GPU.
 """

@@ -16,7 +16,7 @@ config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs has few threads
 
 @contextmanager
 def without_contraction() -> Iterator[None]:
-    """Compile without fused multiply-adds: NVVM emits them, and numba-cuda has no option for it."""
+    """Compile without fused multiply-adds, which NVVM emits and numba-cuda cannot switch off."""
     compile_ir = nvvm.compile_ir
     nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
     try:
@@ -27,7 +27,7 @@ def without_contraction() -> Iterator[None]:
 
 @intrinsic
 def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
-    """Return an array [row, 1] as [row, lane] with equal lanes."""
+    """Return a view [row, lane] of an array [row, 1], with the same values in all lanes."""
     view = array.copy(layout="A")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]

@@ -17,7 +17,7 @@ from numba.core.serialize import dumps
 INLINED: Final = {"forceinline": True, "_nrt": False}
 """Inline a function into its callers, and count no references."""
 UNWRAPPED: Final = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
-"""Make no function that C or Python can call."""
+"""Omit the wrappers by which C and Python call a function."""
 
 RUNTIME_SYMBOLS: Final = r"Py|_Py|numba_|NRT_"
 """Prefixes of the functions of Python's and Numba's runtime, as a regular expression."""
@@ -26,7 +26,7 @@ RANDOM_SYMBOLS: Final = r"numba_(get_np_random|get_py_random|rnd)"
 
 
 class CodeStore(ABC):
-    """The protocol by which a dispatcher stores compiled code; a subclass reads and writes it."""
+    """The cache of a dispatcher. The dispatcher calls it, and a subclass reads and writes code."""
 
     cache_path: str
 
@@ -47,8 +47,8 @@ class CodeStore(ABC):
         """Return the bitcode that the package contains for a signature; None if there is none."""
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
-        """Return the compiled function of a signature; None if it is not stored, or not sound."""
-        # Only a compilation needs the types of all of Numba. Their import takes half a second.
+        """Return the compiled function of a signature, or None if no usable code is stored."""
+        # Only a compilation needs all types of Numba, which take half a second to import.
         rtsys.initialize(context)
         key = _key(signature, context.codegen())
         content = self.read(key)
@@ -70,7 +70,7 @@ class CodeStore(ABC):
 
 
 def _rebuild(context: Any, content: bytes, signature: Any) -> CompileResult | None:
-    """Return the compiled function in a pickle; None if it is not one of this signature."""
+    """Return the compiled function in a pickle, or None if it is damaged or not of `signature`."""
     try:
         result = CompileResult._rebuild(context, *pickle.loads(content))
     except Exception:  # other bytes than a pickle can raise anything
@@ -89,8 +89,9 @@ def hash_signature(signature: Any) -> str:
 
 
 def list_bitcode(dispatcher: Any) -> Iterator[tuple[Any, bytes]]:
-    """Yield the signatures that this process has compiled, and their bitcode as pickles."""
+    """Yield (signature, pickle with bitcode) for each signature that this process has compiled."""
     for signature, result in dispatcher.overloads.items():
+        # The first item is the code of the library, which the bitcode replaces.
         _, *description = result._reduce()
         bitcode = result.library.serialize_using_bitcode()
         yield signature, dumps((bitcode, *description))
@@ -123,7 +124,7 @@ def find_compiled_function(dispatcher: Any, types: tuple[Any, ...]) -> Callable[
 
 
 def compile_to_llvm(dispatcher: Any, signature: Any) -> tuple[str, str]:
-    """Compile a function, and return its code in LLVM's language and its name there."""
+    """Compile a function. Return (LLVM code as text, name of the function in this code)."""
     dispatcher.compile(signature)
     result = dispatcher.overloads[signature.args]
     return result.library.get_llvm_str(), result.fndesc.llvm_func_name

@@ -1,7 +1,7 @@
-"""Types, data models and the instructions of functions that are written by hand.
+"""Types, data models and LLVM instructions, for modules that emit instructions themselves.
 
-A function of this module that emits instructions takes Numba's lowering context and LLVM's builder
-first. The functions of `cgutils` are used by their names.
+`reference.py`, `simd.py` and `atomics.py` are such modules. A function of this module that emits
+instructions takes Numba's lowering context and LLVM's builder first. `kind` is a type of Numba.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def named_tuple_class(kind: Any) -> Any:
 
 
 def data_type(kind: Any) -> Any:
-    """Return LLVM's type of a value of a type of Numba's, in memory."""
+    """Return the LLVM type of a value of the Numba type `kind` in memory."""
     return default_manager.lookup(kind).get_data_type()
 
 
@@ -62,9 +62,10 @@ def item_address(
     array: Any,
     indices: Iterable[tuple[Any, Any]],
 ) -> Any:
-    """Return the address of an item of an array; an index is a type and a value."""
+    """Return the address of an item of an array. `indices` has pairs of a type and a value."""
     structure = context.make_array(kind)(context, builder, array)
     numbers = [cast_to_index(context, builder, value, of) for of, value in indices]
+    # `wraparound=False`: a negative index does not count from the end.
     return cgutils.get_item_pointer(context, builder, kind, structure, numbers, wraparound=False)
 
 
@@ -86,7 +87,7 @@ def store_item(
 
 
 def load_value(context: Any, builder: Any, kind: Any, address: Any) -> Any:
-    """Return the value of a type at an address, as the data model of the type lays it out."""
+    """Return the value at an address, in the memory layout of the data model of `kind`."""
     return context.data_model_manager[kind].load_from_data_pointer(builder, address)
 
 
@@ -102,7 +103,7 @@ def make_tuple(context: Any, builder: Any, kind: Any, values: list[Any]) -> Any:
 
 
 def call_intrinsic(builder: Any, name: str, kind: Any, arguments: Any) -> Any:
-    """Call an intrinsic of LLVM that maps a value to one of the same type."""
+    """Call an intrinsic of LLVM with an argument and a result of the type `kind`."""
     return call_function(builder, name, ir.FunctionType(kind, [kind]), arguments)
 
 
@@ -115,7 +116,8 @@ def call_function(builder: Any, name: str, function_type: Any, arguments: Any) -
 def define_plain_function(name: str, symbol: str, count: int) -> str:
     """Return LLVM code of a function that takes `count` addresses and calls a compiled function.
 
-    Numba's functions return a status and take two more addresses: of the result, and of a fault.
+    A function compiled by Numba returns a status. Its first two arguments are the address of the
+    result and the address of the description of an exception.
     """
     parameters = ", ".join(f"ptr %a{number}" for number in range(count))
     arguments = ", ".join(["ptr %result", "ptr %fault", parameters])

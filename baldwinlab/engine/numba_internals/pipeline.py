@@ -1,9 +1,9 @@
-"""The passes of a compilation, its results, and the optimization and linking of their code.
+"""The passes of a Numba compilation, the results, and how LLVM optimizes and links their code.
 
-An entry is optimized by all of LLVM's passes. Loops are unrolled only where a caller allows it:
-most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without
-unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same bits. Other models have long loops
-and would take up to 1.16 of the time.
+LLVM optimizes an entry point (`jit.cached_jit`) with all passes. Loops are unrolled only where a
+caller allows it. Most loops in a step of MiniWorld run over three or ten units, but LLVM unrolls
+loops by eight. Without unrolling, a lifetime takes 0.8 to 0.95 of the time, with bit-identical
+results. Other models have long loops, and would take up to 1.16 of the time.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Library(JITCodeLibrary):  # type: ignore[misc]
         builder.getModulePassManager().run(self._final_module, builder)
 
     def finish_lowering(self, state: Any) -> None:
-        """Handle the end of the lowering of a function, which `state` describes."""
+        """Do nothing. A subclass can read Numba's `state` of a lowered function here."""
 
 
 class EntryLibrary(Library):
@@ -76,14 +76,12 @@ class LinkedLibrary(Library):
     """The code of a function that is linked into its callers and has no machine code itself."""
 
     def _optimize_final_module(self) -> None:
-        """Run the cheap passes; the caller's passes follow.
-
-        Without the cheap passes, a lifetime without learning takes 6 % longer.
-        """
+        """Run cheap passes. Otherwise a lifetime without learning would take 6 % longer."""
         passes, builder = self._codegen._module_pass_manager(opt=0, cost="cheap")
         passes.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
+        # Numba's method would compile machine code.
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -108,12 +106,12 @@ class LinkedLibrary(Library):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Lowering(NativeLowering):  # type: ignore[misc]
-    """The lowering of a function into the library that its compiler chooses."""
+    """The lowering of a function into a library of the class `Compiler.library_class`."""
 
     _name = "baldwinlab_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Lower a function, and call its library's `finish_lowering`."""
+        """Lower a function, and call `finish_lowering` of the library."""
         codegen = state.targetctx.codegen()
         name = state.func_id.func_qualname
         library = state.library = state.pipeline.library_class(codegen, name)
@@ -123,12 +121,12 @@ class Lowering(NativeLowering):  # type: ignore[misc]
 
 
 class Compiler(CompilerBase):  # type: ignore[misc]
-    """Numba's passes, with another lowering. A subclass names the class of its libraries."""
+    """Numba's passes with another lowering, into libraries of the class `library_class`."""
 
     library_class: type[Library]
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return Numba's passes with `Lowering` in the place of Numba's."""
+        """Return Numba's passes with `Lowering` instead of `NativeLowering`."""
         passes = PassManager("nopython")  # Numba's error messages contain this name
         for step, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             passes.add_pass(Lowering if step is NativeLowering else step, description)
@@ -141,7 +139,7 @@ class Compiler(CompilerBase):  # type: ignore[misc]
         return self.state.args  # type: ignore[no-any-return]
 
     def reuse(self, result: CompileResult) -> CompileResult:
-        """Return the result of an earlier compilation under the types of these arguments."""
+        """Register the result of an earlier compilation for these argument types, and return it."""
         description = copy.copy(result.fndesc)
         description.argtypes = self.state.args
         self.state.targetctx.insert_user_function(result.entry_point, description, [result.library])

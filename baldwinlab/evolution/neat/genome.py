@@ -2,11 +2,10 @@
 
 A genome is a float32 array [entry]: a head of `HEAD_SIZE` entries and a gene of `GENE_SIZE` entries
 for each link. Genes are in the order of their innovation numbers (historical marks). An innovation
-number of 0 ends the list. Nodes have whole numbers: the inputs from 0 on, the last of which is the
-bias, then the outputs. The number of a hidden node is the innovation number of its first incoming
-link. Therefore, the nodes of a genome follow from its links, without a list of nodes.
-
-The array format is ours.
+number of 0 ends the list. Nodes have whole numbers: the inputs from 0 on, the bias as the last
+input, then the outputs. The number of a hidden node is the innovation number of the first link to
+this node. Therefore, the nodes of a genome follow from the links, without a list of nodes. The
+array format is ours.
 
 References
 ----------
@@ -80,11 +79,9 @@ def count_entries(max_links: int) -> int:
 def make_minimal_graphs(
     inputs: int, outputs: int, max_links: int, weights: npt.NDArray[Any]
 ) -> npt.NDArray[np.float32]:
-    """Return networks [agent, entry] without hidden nodes, with all links from inputs to outputs.
-
-    `weights` [agent, link] are the weights of the links.
-    """
+    """Return networks [agent, entry] with `weights` [agent, link] from all inputs to outputs."""
     graphs = np.zeros((len(weights), count_entries(max_links)), np.float32)
+    # `init_minimal_graph` moves the weights from the first entries into the genes.
     graphs[:, : inputs * outputs] = weights
     for graph in graphs:
         init_minimal_graph(graph, inputs, outputs)
@@ -101,7 +98,7 @@ def init_minimal_graph(graph: Graph, inputs: int, outputs: int) -> None:
     links = inputs * outputs
     for entry in range(HEAD_SIZE + GENE_SIZE * links, graph.size):
         graph[entry] = ZERO
-    # The reverse order reads each weight before it is overwritten.
+    # The genes overwrite the weights. The reverse order reads each weight before.
     for link in range(links - 1, -1, -1):
         gene = HEAD_SIZE + GENE_SIZE * link
         weight = graph[link]
@@ -171,10 +168,7 @@ def count_nodes(graph: Graph) -> int:
 
 @compiled
 def node_number(graph: Graph, index: int) -> Any:
-    """Return the number of the node at an index.
-
-    Inputs and outputs are first, then the hidden nodes, the oldest first.
-    """
+    """Return the number of node `index`: inputs first, outputs, then hidden nodes, oldest first."""
     fixed = int(graph[INPUTS]) + int(graph[OUTPUTS])
     number = np.float32(index)
     hidden = fixed
@@ -188,9 +182,9 @@ def node_number(graph: Graph, index: int) -> Any:
 
 @compiled
 def has_path(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
-    """Return whether enabled or disabled links lead from `source` to `target`, or both are equal.
+    """Return whether links lead from `source` to `target`, or the two are the same node.
 
-    `marks` [link] is scratch.
+    Disabled links count, too. `marks` [link] is scratch: 1 for a link on a path from `source`.
     """
     links = count_links(graph)
     for link in range(links):
@@ -223,13 +217,12 @@ def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) ->
 def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: Any) -> None:
     """Compute the values of all nodes of a network without loops.
 
-    The value of a node is sigmoid(steepness * total), where `total` is its weighted input.
+    The value of a node is sigmoid(steepness * total), where `total` is the weighted input.
 
-    - `graph`: (entries,).
     - `inputs`: number of inputs without the bias.
-    - `values` (rows,): the first rows are the inputs, whose values must be set. Then follow a row
-      for each possible link, and the outputs. The row of a link has the value of the hidden node
-      with the number of the link. Without such a node, the value is 0.
+    - `values` [row]: input and output. The first rows are the inputs, with values. The last rows
+      are the outputs. Between them is a row for each possible link, with the value of the hidden
+      node that has the number of the link. Without such a node, the value is 0.
     """
     first_output = values.size - outputs
     links = min(count_links(graph), first_output - inputs)
@@ -251,7 +244,7 @@ def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: An
 
 @compiled
 def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row: int) -> Any:
-    """Return whether all sources of a node have values, and the weighted sum of the sources.
+    """Return (whether all sources of a node have values, weighted sum of the sources).
 
     The terms are added in the order of the links.
     """
@@ -274,10 +267,7 @@ def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any
 
 @compiled
 def list_links(graph: Graph, inputs: int, outputs: int, units: int, listed: Any) -> int:
-    """List the enabled links, and return their number.
-
-    The function fills `listed` [link, (source row, target row, weight)].
-    """
+    """Write (source row, target row, weight) of enabled links to `listed`. Return the number."""
     links = min(count_links(graph), units - inputs - outputs)
     count = 0
     for link in range(links):
@@ -294,6 +284,7 @@ def list_links(graph: Graph, inputs: int, outputs: int, units: int, listed: Any)
 def node_row(graph: Graph, inputs: int, outputs: int, links: int, number: Any, units: int) -> Any:
     """Return the row in `values` of the node with a number, or -1 for the bias."""
     node = int(number)
+    # The number of the bias is `inputs`.
     if node <= inputs:
         return node if node < inputs else -1
     if node <= inputs + outputs:

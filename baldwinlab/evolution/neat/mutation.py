@@ -1,13 +1,13 @@
 """Variation of networks: crossover by historical marks, weight mutation, new nodes and links.
 
-A new link gets the next innovation number of the run. All genomes store the last number. If the
-same structure arises twice in a generation, it gets the same number. The number is found by a
-search of the earlier children of the generation.
+A new link gets the next innovation number of the run. All genomes store the last number. If two
+children of a generation get the same new structure, it has the same number in both. A search of the
+earlier children finds this number.
 
 The paper leaves some rules open. Our choices are as follows. Any enabled link that does not come
 from the bias can be split, as in the authors' program, from memory. A new link can join any two
-nodes without a link if it closes no loop, or if the task allows loops. Its weight is from
-U(-range, range).
+nodes without a link if the link closes no loop, or if the task allows loops. The weight of a new
+link is from U(-range, range).
 
 References
 ----------
@@ -43,11 +43,11 @@ from baldwinlab.evolution.neat.genome import (
 )
 from baldwinlab.evolution.rng_key import Genome
 
-# [row, 4].
+# Random numbers in (0, 1) of a child, [row, 4].
 Draws = npt.NDArray[np.float64]
-# First row of `draws` for links. The columns of each row decide the following.
+# First row of `draws` for links. The four columns of a row decide, in this order:
 # Row 0: whether weights mutate, whether a node is added, whether a link is added, the split link.
-# Row 1: the pair of nodes that a new link joins, its weight, the random parent, unused.
+# Row 1: nodes of a new link, weight of the new link, parent that gives the structure, unused.
 # Rows of links: parent of the weight, whether a disabled link is enabled, whether the weight is
 # perturbed or drawn again, size of the change.
 FIRST_LINK_ROW = 2
@@ -69,6 +69,7 @@ def cross(part: Any, mate: Graph, draws: Draws, child: Graph) -> None:
             and mate[gene_offset(mate_link) + INNOVATION] < child[gene + INNOVATION]
         ):
             mate_link += 1
+        # A gene is enabled for certain only if it is enabled in all parents that have it.
         enabled = child[gene + ENABLED] > ZERO
         if (
             mate_link < mate_links
@@ -103,8 +104,8 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
     """Split a link of child `number` by a new node, and return the last innovation number.
 
     The old link is disabled. The link to the new node has the weight 1. The link from the new node
-    has the weight of the old link. `first` is the first innovation number of this generation, and
-    `last` the last one before the call.
+    has the weight of the old link. `first` is the first innovation number of this generation.
+    `last` is the last innovation number before the call.
     """
     child = children[number, 0]
     n_splittable = 0
@@ -126,6 +127,7 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
     weight = child[gene + WEIGHT]
     child[gene + ENABLED] = ZERO
     node = np.float32(_find_equal_node(children, number, first, source, target))
+    # No earlier child split this link: the two new links get the next two innovation numbers.
     if node == ZERO:
         node = np.float32(last + 1)
         last = last + 2
@@ -171,12 +173,13 @@ def add_link(
 
 @compiled
 def _find_open_pair(graph: Graph, loops: bool, index: int, marks: Any) -> Any:
-    """Return the number of node pairs that a new link can join, and the pair with an index."""
+    """Return (number of node pairs that a new link can join, source and target of pair `index`)."""
     count = 0
     nodes = count_nodes(graph)
     source = ZERO
     target = ZERO
     for begin in range(nodes):
+        # A link never leads to an input.
         for end in range(int(graph[INPUTS]), nodes):
             first = node_number(graph, begin)
             second = node_number(graph, end)
@@ -203,6 +206,7 @@ def _find_equal_node(children: Genome, number: int, first: int, source: Any, tar
                 and defines_node(child, link)
                 and child[gene_offset(link) + SOURCE] == source
             )
+            # A split adds the links `node`, to the new node, and `node + 1`, from the new node.
             if is_split and link_number(child, node, target) == node + ONE:
                 equal_node = node
     return equal_node

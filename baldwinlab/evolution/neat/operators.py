@@ -1,12 +1,11 @@
 """The selection `species` and the variation `neat`, which together are NEAT.
 
-Each works with other parts, too. `neat` with another selection is NEAT without species.
-
-All numbers are from section 4.1 of the paper, unless a description says that they are our choice.
-The paper leaves some rules open. Our choices are as follows. If two parents have the same fitness,
-the structure is that of a random parent. The number of members of a species that reproduce is the
-given share plus one, as in the authors' program, from memory. A parent from another species is any
-agent of the population. All children can mutate.
+Each can be combined with other parts. `neat` with another selection is NEAT without species. All
+defaults are from section 4.1 of the paper, unless the description says "our choice". The paper
+leaves some rules open. Our choices are as follows. If two parents have the same fitness, the
+structure is that of a random parent. The number of members of a species that reproduce is the given
+share plus one, as in the authors' program, from memory. A parent from another species is any agent
+of the population. All children can mutate.
 
 References
 ----------
@@ -58,7 +57,7 @@ def genome_part(experiment: Any) -> Any:
 
 
 def require_graphs(experiment: Any, setting: str) -> None:
-    """Raise ValueError if genomes are not graphs. `setting` needs graphs; it is in the message."""
+    """Raise ValueError if genomes are not graphs. `setting`: setting that needs graphs."""
     if not genome_part(experiment).has_graph_genomes:
         raise ValueError(
             f"{setting} needs genomes that are graphs: those of network.kind = 'neat', or of the "
@@ -67,10 +66,9 @@ def require_graphs(experiment: Any, setting: str) -> None:
 
 
 class SpeciesSelection(Selection, name="species"):
-    """Children per species in proportion to its mean fitness.
+    """Children per species in proportion to the mean fitness of the species.
 
-    The champion of a large species survives.
-    A species without improvement for a long time has no children.
+    The champion of a large species survives. A species that stagnates for long has no children.
 
     References
     ----------
@@ -143,6 +141,7 @@ class SpeciesSelection(Selection, name="species"):
             size, mean, _, _, _ = species_status(genome, fitness, species)
             if all_reproduce or can_reproduce(part, genome, fitness, species):
                 cumulative_share += 1.0 if has_equal_shares else mean
+                # The last cumulative sum is the total, so all children have parents.
                 end_child = int(cumulative_share * n_children / total + 0.5)
                 for child in range(first_child, end_child):
                     _choose_parents(
@@ -159,11 +158,11 @@ class SpeciesSelection(Selection, name="species"):
 
 @compiled
 def _sum_species_means(part: Any, genome: Genome, fitness: Fitness) -> Any:
-    """Return the sum of the mean fitness of reproducing species, and two flags.
+    """Return (total, all_reproduce, has_equal_shares).
 
-    The first flag is whether all species reproduce. The second flag is whether all species have
-    equal shares of the children, because the sum of the means is 0. Then the returned sum is the
-    number of reproducing species. If no species can reproduce, all species do.
+    `total` is the sum of the mean fitness of all reproducing species. If no species can reproduce,
+    all species reproduce. If the sum is 0, all reproducing species have equal shares of the
+    children, and `total` is the number of reproducing species.
     """
     n_reproducing = 0
     total = 0.0
@@ -297,7 +296,7 @@ class Neat(Variation, name="neat"):
         first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
-        # The remaining rows of `draws` are scratch for `marks`.
+        # Rows of `draws` after those of the links are scratch memory for `marks`.
         child_draws = brood.draws[: FIRST_LINK_ROW + links]
         marks = brood.draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):
@@ -310,6 +309,7 @@ class Neat(Variation, name="neat"):
                 key.seed, key.run, key.generation, rng.INHERITANCE, child, child_draws
             )
             if first_parent != second_parent:
+                # If neither parent is the fitter one, a random parent gives the structure.
                 is_fitter_unknown = part.blind or fitness[first_parent] == fitness[second_parent]
                 if is_fitter_unknown and child_draws[1, 2] < 0.5:
                     first_parent, second_parent = second_parent, first_parent

@@ -1,13 +1,13 @@
 """Species of networks: compatibility distance, assignment, status and permission to reproduce.
 
 The representative of a species is a random member in the parents' generation. A child belongs to
-the oldest species whose representative is nearer than a threshold. If no representative is near,
+the oldest species with a representative nearer than a threshold. If no representative is near,
 the child is the first member of a new species. The head of each genome stores the species number
 and the number of generations without improvement. Therefore, each generation depends on the
 previous generation only.
 
-If the population stagnates, only the two best species reproduce. The paper does not define for how
-long. As in the authors' program, from memory, they do so for one generation. Then the count of
+If the population stagnates, only the two best species reproduce. The paper does not state the
+number of generations. It is one here, as in the authors' program, from memory. Then the count of
 generations without improvement starts again.
 
 References
@@ -68,7 +68,7 @@ def distance(part: Any, first: Graph, second: Graph) -> float:
             n_matching += 1
         else:
             n_disjoint += 1
-        # The gene with the smaller number is passed, or both if the numbers match.
+        # Pass the gene with the smaller innovation number, or both genes if the numbers are equal.
         advances_first = first[first_gene + INNOVATION] <= second[second_gene + INNOVATION]
         advances_second = first[first_gene + INNOVATION] >= second[second_gene + INNOVATION]
         first_link += int(advances_first)
@@ -97,10 +97,10 @@ def next_species(genome: Genome, after: Any) -> Any:
 
 @compiled
 def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
-    """Return the status of a species.
+    """Return (number of members, mean fitness, best, best_ever, stale) of a species.
 
-    The returned `stale`: number of successive generations without an increase of `best_ever`, up to
-    this one.
+    `best` is the best fitness of this generation, and `best_ever` of all generations until now.
+    `stale` is the number of successive generations without an increase of `best_ever`.
     """
     size = 0
     total = 0.0
@@ -111,6 +111,7 @@ def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
         if genome[agent, 0, SPECIES] == species:
             size = size + 1
             total = total + fitness[agent]
+            # Genomes store the best fitness as float32, so the comparison is in float32.
             best = max(best, np.float64(np.float32(fitness[agent])))
             previous_best = np.float64(genome[agent, 0, BEST])
             stale = int(genome[agent, 0, STALE])
@@ -121,7 +122,7 @@ def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
 
 @compiled
 def population_status(genome: Genome, fitness: Fitness) -> Any:
-    """Return the best fitness of all generations, and the generations without its increase."""
+    """Return (best fitness of all generations, number of generations since its last increase)."""
     best = -math.inf
     for agent in range(fitness.size):
         best = max(best, np.float64(np.float32(fitness[agent])))
@@ -177,6 +178,7 @@ def assign_species(
     species_index = 0
     while species > ZERO:
         size, _, _, best, stale = species_status(genome, fitness, species)
+        # `Draws` of children leave row 1, column 3 unused.
         draw = rng.uniform(
             rng.philox(1, species_index, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
         )
@@ -185,6 +187,7 @@ def assign_species(
         _assign_near_children(part, representative, species, np.float32(best), stale, children)
         species = next_species(genome, species)
         species_index = species_index + 1
+    # A child without a near representative becomes the representative of a new species.
     last_species = genome[0, 0, LAST_SPECIES]
     for child in range(children.shape[0]):
         if children[child, 0, SPECIES] == ZERO:
@@ -212,7 +215,7 @@ def _find_member(genome: Genome, species: Any, member_index: int) -> int:
 def _assign_near_children(
     part: Any, representative: Graph, species: Any, best: Any, stale: int, children: Genome
 ) -> None:
-    """Assign a species to children without a species that are near its representative."""
+    """Assign a species to all near children that have no species yet."""
     for child in range(children.shape[0]):
         graph = children[child, 0]
         if (

@@ -1,9 +1,9 @@
-"""The form of an exported page: its JSON schema, rules between two fields, and refused settings.
+"""The form of an exported page: JSON schema, rules between two fields, and refused settings.
 
-The memory layout of a module (`ModuleLayout`) contains the path of each setting that its numbers
-depend on. A setting without such a path has the value of the experiment from which the module was
-compiled. The page can change only the settings that its modules read at run time, and an experiment
-with a setting that the browser engine would ignore is refused.
+A page contains compiled modules. The memory layout of a module (`ModuleLayout`) contains the path
+of each setting that the module reads at run time. Any other setting is a constant in the module.
+The page can therefore change only the settings of the layout. An experiment with another setting
+that differs from the constant is refused, because the browser engine would ignore this setting.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
 from baldwinlab.parts.networks import Network
 
 CONTROL: Final = "learning.control"
-# The package contains a compiled module for each combination of these settings.
+# The settings that select a module of the package.
 MODULE_SETTINGS: Final = ("learning.rule", CONTROL, "lifetime.update")
 # Settings that the code of the page reads.
 PAGE_SETTINGS: Final = frozenset({"evolution.generations"})
@@ -52,7 +52,7 @@ def require_browser_settings(experiment: Experiment) -> None:
 def list_read_settings(experiment: Experiment) -> frozenset[str]:
     """Return the paths of the settings that a page reads at run time, or that select a module.
 
-    A list of tables, such as `world.food`, is included if the module reads its columns.
+    A list of tables, such as `world.food`, is included if the module reads fields of the tables.
     """
     module_experiment = _find_module_experiment(experiment)
     selecting_paths = MODULE_SETTINGS if module_experiment is not experiment else ()
@@ -61,26 +61,25 @@ def list_read_settings(experiment: Experiment) -> frozenset[str]:
 
 
 def _find_module_experiment(experiment: Experiment) -> Experiment:
-    """Return the experiment from which the module of an experiment is compiled."""
+    """Return the experiment of a module: with added parts, the experiment itself."""
     if any(added_choices(experiment)):
         return experiment
     modules = built_in_experiments()
     name = module_name(experiment)
-    # No module has the yoked control. A rule that learns nothing has no control.
+    # No module has the control "yoked", and none has a control of the rule "none".
     without_control = experiment.replace(learning={"control": "none"})
     return modules[name if name in modules else module_name(without_control)]
 
 
 @lru_cache(maxsize=16)
 def _plan_layout(experiment: Experiment) -> Any:
-    """Return the memory layout of the module of an experiment, or None if it has none."""
+    """Return the memory layout of an experiment's module, or None if no module is possible."""
     with suppress(RefusedError):
         return ModuleLayout(experiment).plan()
     return None
 
 
 def _list_paths(plan: Any) -> Iterator[str]:
-    """Yield the paths of settings in a memory layout."""
     if isinstance(plan, dict):
         yield from (plan[key] for key in ("path", "table") if isinstance(plan.get(key), str))
         plan = list(plan.values())
@@ -90,16 +89,17 @@ def _list_paths(plan: Any) -> Iterator[str]:
 
 
 def _list_ignored_settings(experiment: Experiment) -> Iterator[str]:
-    """Yield the settings that neither the module nor the page reads, and that change results."""
+    """Yield the settings that change results, but that neither the module nor the page reads."""
     module_experiment = _find_module_experiment(experiment)
     is_custom = module_experiment is experiment
+    # A setting with the value of `base` is not ignored, because the module has this constant.
     base = Experiment() if is_custom else module_experiment
     base_values = dict(iterate_settings(base.to_dict()))
     known_settings = LABELS.union(MODULE_SETTINGS, list_read_settings(experiment)) - {CONTROL}
     for path, value in iterate_settings(experiment.to_dict()):
         if path in known_settings or value == base_values.get(path):
             continue
-        # The module of custom parts contains the values of their tables.
+        # A module of added parts has the values in the tables of these parts as constants.
         is_compiled = is_custom and (
             path not in base_values or _is_compiled(experiment, path, base_values[path])
         )
@@ -108,7 +108,7 @@ def _list_ignored_settings(experiment: Experiment) -> Iterator[str]:
 
 
 def _is_compiled(experiment: Experiment, path: str, default: Any) -> bool:
-    """Return whether the module of custom parts depends on a setting that it does not read."""
+    """Return whether a module of added parts contains the value of a setting as a constant."""
     if path == CONTROL:
         return False
     if path in {choice for choice, _, _ in choosing_fields(type(experiment))}:
@@ -122,7 +122,8 @@ def _is_compiled(experiment: Experiment, path: str, default: Any) -> bool:
     return plan != other_plan if plan else other_plan is None
 
 
-# Checks between two fields, as in the classes of experiments: one number is less than another.
+# Checks of the page: the number at `path` must be less than the number at `than`, multiplied by
+# `share` if given. With `equal`, it can also be equal. The classes of experiments check the same.
 FIELD_RULES: Final = (
     {
         "path": "world.start.x",
@@ -166,7 +167,7 @@ FIELD_RULES: Final = (
 
 
 def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
-    """Return the parts that the page lets a user choose, by the path of the field.
+    """Return the names of the parts that a user of the page can choose, by the path of the field.
 
     The compiled modules of the page contain these parts.
     """
@@ -179,7 +180,7 @@ def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
         parts_by_path["evolution.inheritance"] = list(COMMON_INHERITANCES)
     if not any(added_choices(experiment)):
         parts_by_path["learning.rule"] = list(BUILT_IN["learning rule"])
-        # The hooks of a control are compiled into a module, as those of a part.
+        # A module contains the code of a control, so a control is chosen like a part.
         parts_by_path[CONTROL] = list(dict.fromkeys(control for _, control in RULES))
     return parts_by_path
 
@@ -196,7 +197,7 @@ def make_form_schema(experiment: Experiment) -> Any:
     for path, part_names in choosable_parts.items():
         properties, name = find_field(schema, path)
         properties[name] |= {"enum": part_names}
-    # A path can be listed twice.
+    # A dictionary contains each path once.
     for path in dict.fromkeys(fixed_paths):
         properties, name = find_field(schema, path)
         value: Any = tree
@@ -207,7 +208,7 @@ def make_form_schema(experiment: Experiment) -> Any:
 
 
 def find_field(schema: Any, path: str) -> Any:
-    """Return the mutable `properties` that contain the field at a dotted path, and its name."""
+    """Return the mutable `properties` that contain the field at a path, and the field's name."""
     node = schema
     *tables, name = path.split(".")
     for table in tables:
@@ -217,9 +218,9 @@ def find_field(schema: Any, path: str) -> Any:
 
 
 def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
-    """Yield the fields whose values are constants in the module of a third-party part."""
+    """Yield the fields that are constants in a module of added parts."""
     network = type(experiment.part("network.kind"))
-    # Only the part itself can check the size of a network that is a graph.
+    # The page can check the size of a network only for the default layers.
     if network.layers is not Network.layers or network.has_graph_genomes:
         yield "network.hidden"
     layout = _format_layout(experiment)
@@ -230,22 +231,21 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
 
 
 def _format_layout(experiment: Experiment) -> str:
-    """Return the memory layout, which contains constants and references to fields."""
+    """Return the memory layout as text. A field that is a constant changes this text."""
     return repr(ModuleLayout(experiment).plan())
 
 
 def _list_numbers(tree: dict[str, Any]) -> Iterator[tuple[str, float]]:
-    """Yield the path and the value of each number of an experiment."""
     for path, value in iterate_settings(tree):
         if isinstance(value, int | float) and not isinstance(value, bool):
             yield path, value
 
 
 def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
-    """Return the experiment with another valid number at a path, or None if there is none."""
+    """Return the experiment with another valid number at a path, or None if all are invalid."""
     candidates = (value / 2, value * 2, value + 1, value - 1)
     for candidate in candidates:
-        # The number, in the tables of its path.
+        # Nested tables, for example {"learning": {"rate": 0.005}}.
         change: Any = int(candidate) if isinstance(value, int) else candidate
         for key in reversed(path.split(".")):
             change = {key: change}

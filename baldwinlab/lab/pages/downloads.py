@@ -32,7 +32,7 @@ FIGURE_TYPES = {
     "png": "image/png",
     "csv": "text/csv",
 }
-# Each agent-step of the trace of a movie needs about 100 bytes of memory.
+# A movie needs the complete trace, with about 100 bytes of memory per agent-step.
 MAX_MOVIE_AGENT_STEPS = 2_000_000
 _REPORT_PATH = re.compile(
     r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))"
@@ -48,9 +48,9 @@ class Download(NamedTuple):
 
 
 def make_replay(lab: Lab, query: Query) -> Download:
-    """Return the page that replays the requested lifetimes, without a server.
+    """Return a page that replays the requested lifetimes without a server.
 
-    A lifetime that is too large for one response is replayed from its beginning.
+    The page has only the first steps of a lifetime that is too large for one response.
     """
     sources = _read_sources(query)
     lifetimes = [life_query.find_life(lab, source) for source in sources]
@@ -60,17 +60,17 @@ def make_replay(lab: Lab, query: Query) -> Download:
 
 
 def make_laboratory(lab: Lab, query: Query) -> Download:
-    """Return a page that simulates the conditions of the lifetimes, with the seed of the first."""
+    """Return a page that simulates the conditions of the lifetimes, with the first one's seed."""
     lifetimes = [life_query.find_life(lab, source) for source in _read_sources(query)]
     first_life = lifetimes[0]
-    # Two lifetimes can have the same condition, which is a single preset of the page.
+    # If both lifetimes are of one condition, the page contains this condition once.
     experiment_by_name = {life.experiment.name: life.experiment for life in lifetimes}
     page = render_live_page(list(experiment_by_name.values()), first_life.key.seed)
     return Download(page, "text/html", f"{_make_file_name([first_life])}-live.html")
 
 
 def make_movie(lab: Lab, query: Query) -> Download:
-    """Return a movie. While it is made, the page can request the progress with its `ticket`."""
+    """Return a movie. `ticket`: an id of the page's choice, for `read_movie_progress`."""
     lifetimes = [life_query.find_life(lab, source) for source in _read_sources(query)]
     movie_format = read_text(query, "format")
     ticket = query.get("ticket", "")
@@ -87,12 +87,12 @@ def make_movie(lab: Lab, query: Query) -> Download:
 
 
 def read_movie_progress(lab: Lab, query: Query) -> dict[str, float]:
-    """Return the finished share of a movie."""
+    """Return {"share": 0.4}: the finished fraction of the movie with a ticket."""
     return {"share": lab.movie_progress.get(read_text(query, "ticket"), 0.0)}
 
 
 def make_figure(lab: Lab, query: QueryParams) -> Download:
-    """Return a figure of the report. The parameter `condition` can be repeated."""
+    """Return a figure of the report. The query can have several parameters `condition`."""
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish.result_figures import make_figure_file
 
@@ -106,7 +106,7 @@ def make_figure(lab: Lab, query: QueryParams) -> Download:
 
 
 def _read_sources(query: Query) -> list[dict[str, str]]:
-    """Return the queries of the recordings `a` and, if given, `b`."""
+    """Return the queries of the lifetimes `a` and, if given, `b`: nested query strings."""
     names = ["a", "b"] if "b" in query else ["a"]
     return [dict(parse_qsl(read_text(query, name))) for name in names]
 
@@ -144,8 +144,7 @@ def render_movie(
 ) -> bytes:
     """Return a movie of complete lifetimes, next to each other.
 
-    `movie_format`: a key of `MOVIE_TYPES`. `report_progress`: called with the finished share, from
-    0 to 1.
+    `movie_format`: a key of `MOVIE_TYPES`. `report_progress`: called with the finished fraction.
     """
     if movie_format not in MOVIE_TYPES:
         raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")
@@ -172,11 +171,13 @@ def _make_scene(life: Life) -> Scene:
 
 
 def link_lifetimes(page: str, study_name: str) -> str:
-    """Return a report whose links to lifetimes open this lab, at any port and behind any proxy.
+    """Return the HTML of a report. Links to lifetimes open this lab, also behind a proxy.
 
-    The links of a report name the study ".", for a lab that serves its directory.
+    In the file of a report, the links have the default address of a lab, and the study ".". They
+    are correct only for a lab at this address that serves the folder of the study.
     """
-    # The report is at api/report/STUDY/report.html, and without STUDY in the folder of the study.
+    # The address is api/report/STUDY/report.html, or api/report/report.html for the study ".".
+    # Each folder of this address needs a "../" to reach the page of the lab.
     n_folders = 2 + (0 if study_name == "." else 1 + study_name.count("/"))
     lab_address = f'href="{"../" * n_folders}#/'
     page = page.replace(f'href="http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/', lab_address)
@@ -184,11 +185,11 @@ def link_lifetimes(page: str, study_name: str) -> str:
 
 
 def find_report(lab: Lab, name: str) -> Path:
-    """Return the path of STUDY/report.html or of one of its figures, STUDY/figures/NAME."""
+    """Return the path of a report, STUDY/report.html, or of a figure, STUDY/figures/NAME."""
     match = _REPORT_PATH.fullmatch(name)
     if match is None:
         raise MissingError(f"there is no {name} here")
-    # Without a folder, the served folder is the study.
+    # A name without a folder belongs to the study ".", which is the served folder.
     study_name = match["study"] or "."
     path = studies.find_study(lab, study_name).directory / match["file"]
     studies.require_inside(lab.root, path)

@@ -1,4 +1,7 @@
-"""Pages in one HTML file that simulate evolution in the browser. They need no extra."""
+"""Pages in one HTML file that simulate evolution in the browser. They need no extra packages.
+
+Such a page contains compiled modules: WebAssembly programs of the engine.
+"""
 
 from __future__ import annotations
 
@@ -31,10 +34,10 @@ from baldwinlab.papers import presets
 from baldwinlab.parts.breeding import uses_run_arrays
 from baldwinlab.simulation.simulate import check_seed
 
-# The module that the page starts with.
+# The JavaScript module that the page starts with.
 FIRST_MODULE: Final = "engine/live_page.js"
 STYLES: Final = ("vendor/uPlot.min.css", "base.css", "lab.css")
-# The modules of a worker, in this order.
+# The JavaScript modules of a worker, in the order in which they are joined.
 WORKER_MODULES: Final = (
     "engine/engine.js",
     "engine/simulation.js",
@@ -44,12 +47,12 @@ WORKER_MODULES: Final = (
 )
 MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000
-# Quantile of Student's t at the upper end of a 95 % interval.
+# Student's t has this cumulative probability at the upper end of a 95 % interval.
 UPPER_PROBABILITY: Final = 0.975
 
 
 def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
-    """Return a page that simulates experiments in the browser."""
+    """Return a page that simulates experiments. Raise RefusedError if a browser cannot."""
     supported = require_browser_support(experiments)
     check_seed(seed)
     page = single_page.render_page(
@@ -69,7 +72,7 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
 
 
 def require_browser_support(experiments: Sequence[BaseExperiment]) -> list[Experiment]:
-    """Return the experiments. Raise RefusedError if the browser engine cannot simulate one."""
+    """Return the experiments. Raise RefusedError if the browser engine cannot simulate all."""
     for experiment in experiments:
         if not isinstance(experiment, Experiment):
             raise RefusedError(
@@ -91,10 +94,7 @@ def require_browser_support(experiments: Sequence[BaseExperiment]) -> list[Exper
 
 
 def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
-    """Return the data of the page: presets, schemas, compiled modules and rules.
-
-    See `Laboratory` in browser_lab.js.
-    """
+    """Return the data of the page. The type `Laboratory` in browser_lab.js describes it."""
     # This import takes a second, which would delay the lab.
     from scipy import stats
 
@@ -108,7 +108,8 @@ def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
         # Schemas are dictionaries, which a set cannot contain.
         if schema not in unique_schemas:
             unique_schemas.append(schema)
-    # The page multiplies standard errors by these factors, which give 95 % intervals over runs.
+    # Half of a 95 % interval of n runs is the standard error multiplied by the factor of n.
+    # `max`: a single run has no interval, but the list needs an entry.
     quantiles = [
         float(stats.t.ppf(UPPER_PROBABILITY, df=max(1, n_runs - 1)))
         for n_runs in range(1, MAX_RUNS + 1)
@@ -122,15 +123,16 @@ def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
         "schemas": unique_schemas,
         "programs": list(programs.values()),
         "rules": FIELD_RULES,
-        # The index is the number of runs, so the list has an entry for no run.
+        # The index is the number of runs. 0.0 is the unused entry for 0 runs.
         "quantiles": [0.0, *quantiles],
     }
 
 
 def _list_modules(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
-    """Yield the compiled modules for an experiment and for all changes that the page allows.
+    """Yield name and experiment of each compiled module that a page with an experiment needs.
 
-    An experiment with built-in parts only gets all modules of the package.
+    An experiment with only built-in parts gets all modules, because a user of the page can choose
+    other built-in parts. An experiment with an added part gets one module, compiled for it.
     """
     if any(added_choices(experiment)):
         yield experiment.name, experiment
@@ -140,7 +142,7 @@ def _list_modules(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
 
 def _make_program(name: str, experiment: Experiment) -> dict[str, Any]:
     """Return a program: a compiled module, its memory layout, and the settings that select it."""
-    # Without a learning rule, the module is that of every control.
+    # Without learning, a control has no effect, so the control does not select the module.
     paths = [path for path in MODULE_SETTINGS if experiment.learns or path != CONTROL]
     if any(added_choices(experiment)):
         choosable_parts = list_choosable_parts(experiment)
@@ -175,7 +177,7 @@ def _make_preset(experiment: Experiment) -> dict[str, Any]:
 
 
 def join_worker_code() -> str:
-    """Return the code of a worker. A worker cannot import modules, so their code is joined."""
+    """Return the code of a worker: all modules in one text, because a worker imports none."""
     paths = [single_page.STATIC_FOLDER / name for name in WORKER_MODULES]
     code = "".join(path.read_text("utf-8") for path in paths)
     lines = [line for line in code.splitlines() if not line.startswith("import ")]
@@ -185,12 +187,14 @@ def join_worker_code() -> str:
 def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
     """Return the appearance of a world, with references to the fields that the page can change.
 
-    See `fillTemplate` in browser_lab.js.
+    For example, the width of the start area is `{"sum": [["world.start.radius", 2]]}`: twice the
+    radius. `fillTemplate` in program_table.js replaces references by values.
     """
     appearance = describe_appearance(experiment).to_dict()
     n_foods = len(experiment.world.food)
     n_regions = len(item_regions(experiment))
-    # A path without the name of a table is the path of a field in a row of `table`.
+    # In an entry with `table`, a path is relative to a row of this table: `count` is the field
+    # `world.food.0.count` for the first row.
     food = {"name": FOOD, "color": FOOD_COLOR, "number": {"path": "count"}}
     food_region = {
         "kind": "rectangle",
@@ -210,7 +214,7 @@ def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
         "height": {"sum": [["world.start.radius", 2]]},
     }
     radius = {"path": "senses.visual_radius"}
-    # None is an input without a sector.
+    # The list has an entry for each input. None is an input that senses no sector of the map.
     appearance["sectors"] = [
         None if sector is None else sector | {"radius": radius} for sector in appearance["sectors"]
     ]

@@ -1,6 +1,6 @@
 """The teaching pack: lessons, worksheets, answers, and two pages that simulate.
 
-The texts are the Markdown files of docs/teaching, which the wheel contains.
+The texts are the Markdown files of docs/teaching. An installed package contains copies.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LESSONS: Final = tuple(f"lesson-{number}" for number in range(1, N_LESSONS + 1))
 # The texts of the lecturer are outside the folder that students get.
 LECTURER_TEXTS: Final = ("index", "answers")
 STUDENT_TEXTS: Final = (*LESSONS, "questions")
-# The folder of the texts in a clone.
+# The folder of the texts in a clone of the repository.
 CLONED_TEXTS: Final = Path(__file__).parents[3] / "docs" / "teaching"
 
 
@@ -51,7 +51,7 @@ class Text(NamedTuple):
 
 
 def render_lesson_pack() -> dict[str, bytes]:
-    """Return the files of the pack by path. `index.html` is the first page of the lecturer."""
+    """Return the content of each file by its path. The lecturer begins with `index.html`."""
     texts = {name: _read_text(name) for name in (*LECTURER_TEXTS, *STUDENT_TEXTS)}
     titles = [texts[name].title for name in LESSONS]
     pages = {
@@ -89,14 +89,13 @@ def _read_text(name: str) -> Text:
 
 
 def _find_path(name: str) -> str:
-    """Return the path of the page of a text."""
     return f"{name}.html" if name in LECTURER_TEXTS else f"{STUDENTS_FOLDER}/{name}.html"
 
 
 def _split_lesson(text: Text) -> tuple[Text, Text]:
     """Return a lesson without its worksheet, and the worksheet."""
     lesson, _, worksheet = text.body.partition("\n## Worksheet\n")
-    # The last line of a lesson leads to the next page.
+    # The last line of the file is a link to the next page. It belongs to the lesson.
     worksheet, _, next_page = worksheet.rstrip().rpartition("\n")
     return (
         Text(text.title, f"{lesson}\n{next_page}\n"),
@@ -124,7 +123,7 @@ def _render_text(
 
 
 def _wrap_tables(html: str) -> str:
-    """Put each table into a region that scrolls, with a name for screen readers."""
+    """Put each table into a region that scrolls. Screen readers read the region's name."""
     numbers = count(1)
     opened = re.sub(
         "<table>",
@@ -138,9 +137,9 @@ def _wrap_tables(html: str) -> str:
 
 
 def _link_pages(tokens: list[Token], folder: str) -> Iterator[Token]:
-    """Yield the tokens of a line with links to the pages of the pack.
+    """Yield the tokens of a line. Links to pages of the pack get the address in the pack.
 
-    A link to another page of the documentation becomes text. A file name in code becomes a link.
+    A link to any other page becomes text. The name of a simulating page in code becomes a link.
     """
     is_linked = False
     for token in tokens:
@@ -158,7 +157,7 @@ def _link_pages(tokens: list[Token], folder: str) -> Iterator[Token]:
 
 
 def _find_address(link: str, folder: str) -> str | None:
-    """Return the address of a page of the pack from a page in `folder`, or None for other pages."""
+    """Return the address of a page of the pack, relative to `folder`; None for other pages."""
     target, _, anchor = link.partition("#")
     name = target.removesuffix(".md")
     if name not in (*LECTURER_TEXTS, *STUDENT_TEXTS):
@@ -168,7 +167,8 @@ def _find_address(link: str, folder: str) -> str | None:
 
 
 def _mark_headings(tokens: list[Token]) -> None:
-    """Give each heading the anchor that links of the documentation use."""
+    """Give each heading the id that links in the texts use, such as "the-two-phases"."""
+    # The token after the opening of a heading is the text of the heading.
     for opening, line in pairwise(tokens):
         if opening.type == "heading_open":
             words = re.sub(r"[^\w\s-]", "", line.content.lower())

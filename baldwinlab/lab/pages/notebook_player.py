@@ -1,7 +1,7 @@
 """The HTML of traces in notebooks: a player in a sandboxed frame, and the variables below it.
 
-A trace is an `xarray.Dataset`, a third-party class. `baldwinlab/__init__.py` therefore registers
-`format_html` as the HTML representation of datasets in notebooks.
+A trace is a lifetime as an `xarray.Dataset`, the result of `replay`. This class is third-party, so
+`baldwinlab/__init__.py` registers `format_html` as the HTML representation of datasets.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.model_displays import describe_species
 
-# The player shows the beginning of a longer lifetime.
+# Of a lifetime with more agent-steps, the player shows only the first steps.
 MAX_AGENT_STEPS: Final = 1_000_000
 DEGREES_OF_CIRCLE: Final = 360
 # The variables that the player draws, with their dimensions.
@@ -51,7 +51,7 @@ def is_playable(dataset: xr.Dataset) -> bool:
 
 
 def _render_frame(trace: xr.Dataset) -> str:
-    """Return a frame with the player. Its scripts run, but have no access to the notebook."""
+    """Return a frame with the player. The scripts in the frame have no access to the notebook."""
     panel = make_panel(trace)
     page = single_page.render_replay_page([panel], 0)
     return (
@@ -61,7 +61,7 @@ def _render_frame(trace: xr.Dataset) -> str:
 
 
 def make_panel(trace: xr.Dataset) -> dict[str, Any]:
-    """Return a recorded lifetime for the player, with the command that repeats it."""
+    """Return a recorded lifetime for the player, with the command that simulates it again."""
     run = trace.attrs["run"]
     generation = trace.attrs["generation"]
     command = (
@@ -77,9 +77,9 @@ def make_panel(trace: xr.Dataset) -> dict[str, Any]:
 
 
 def pack_trace(trace: xr.Dataset) -> bytes:
-    """Return the container that the player reads, as in `lab/sources/recording.py`.
+    """Return a container with the arrays of `lab/sources/recording.py`, which the player reads.
 
-    The arrays of agents are stored as differences, which compress better.
+    The arrays of agents are stored as differences between steps, which compress better.
     """
     n_agents = trace.sizes["agent"]
     max_steps = max(1, MAX_AGENT_STEPS // n_agents)
@@ -110,10 +110,11 @@ def _collect_agent_arrays(
     trace: xr.Dataset, appearance: dict[str, Any]
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of agents [step, agent], and sensors [step, agent * byte or input]."""
-    # An input that a species lacks is NaN.
+    # [step, agent, input]. The trace has NaN for an input that a species lacks.
     sensor = np.nan_to_num(trace.sensor.values)
     if not any(appearance["is_continuous"]):
         sensor = np.packbits(sensor > 0, axis=2, bitorder="little")
+    # From degrees to units of 1 / `n_headings` of a circle. 360 degrees become 0.
     n_headings = appearance["headings"]
     heading = np.rint(trace.heading.values * (n_headings / DEGREES_OF_CIRCLE)) % n_headings
     return {
@@ -129,11 +130,12 @@ def _collect_agent_arrays(
 
 def _collect_item_arrays(trace: xr.Dataset) -> dict[str, npt.NDArray[Any]]:
     """Return the positions of items at the first step, and each later change of a position."""
+    # [step, item]
     x = trace.item_x.values
     y = trace.item_y.values
     has_moved = (np.diff(x, axis=0) != 0) | (np.diff(y, axis=0) != 0)
     steps_before_moves, moved_items = np.nonzero(has_moved)
-    # The first step with the new position.
+    # Element i of `np.diff` is the change from step i to step i + 1.
     move_steps = steps_before_moves + 1
     return {
         "item_x": x[0],

@@ -26,7 +26,7 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
     The file contains a module with all modules that it imports, and the given style sheets.
     """
     environment = make_environment()
-    # A form shows the fields in the order of the experiment.
+    # Without sorting, a form shows the fields in the order of the experiment.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     style_sheets = "".join((STATIC_FOLDER / name).read_text("utf-8") for name in styles)
     modules = {
@@ -62,9 +62,10 @@ def make_environment() -> Environment:
 
 
 def collect_modules(first_module: str) -> dict[str, str]:
-    """Return the code of a module and of all modules that it imports.
+    """Return the code of a JavaScript module and of all modules that it imports, by name.
 
-    Names such as "lab/world/world_view.js" do not depend on the address of the page.
+    The imports use names such as "lab/world/world_view.js" instead of relative paths, because the
+    code of a page in one file has no folder.
     """
     modules: dict[str, str] = {}
     pending = [first_module]
@@ -85,7 +86,7 @@ def collect_modules(first_module: str) -> dict[str, str]:
 
 
 def compress(content: bytes) -> str:
-    """Return bytes as base64 of raw deflate, which browsers read as "deflate-raw"."""
+    """Return compressed bytes as base64. Browsers decompress them with the format "deflate-raw"."""
     # Negative window bits select raw deflate, without a header.
     compressor = zlib.compressobj(
         level=zlib.Z_BEST_COMPRESSION, method=zlib.DEFLATED, wbits=-zlib.MAX_WBITS

@@ -1,4 +1,4 @@
-"""The token of a lab, which keeps other users of the machine from reading studies."""
+"""The token of a lab: a secret, without which other users of the machine cannot read studies."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ import platformdirs
 MISSING_TOKEN_ERROR: Final = (
     "this lab needs its token: open the address that the command baldwinlab lab printed"
 )
-# Characters of the hash of the served folder.
+# Number of characters of the hash of the served folder, in the name of the token's file.
 HASH_LENGTH: Final = 16
+# `secrets.token_urlsafe` makes a token of 43 characters.
 TOKEN_PATTERN: Final = re.compile(r"[\w-]{43,}", re.ASCII)
 
 
 class Access:
-    """The token of one lab, and tickets that replace it once.
+    """The token of one lab, and tickets: secrets that are valid once instead of the token.
 
-    Every user of a machine can read the command lines of its processes, and a command line contains
-    the address that a browser opens. Such an address therefore contains a ticket, which is invalid
-    after its first use.
+    The command line of a browser's process contains the address that the browser opens, and every
+    user of a machine can read command lines. Such an address therefore contains a ticket.
 
-    `token`: None creates a new one.
+    `token`: None creates a new token.
     """
 
     def __init__(self, token: str | None = None) -> None:
@@ -55,17 +55,17 @@ class Access:
 
 
 def make_cookie_name(port: int | None) -> str:
-    """Return the name of the token's cookie, which contains the port.
+    """Return the name of the cookie that contains the token, such as "baldwinlab-8642".
 
-    Browsers send a cookie to every port of a host.
+    The name contains the port, because browsers send a cookie to every port of a host.
     """
     return f"baldwinlab-{port}"
 
 
 def load_token(root: Path, port: int) -> str:
-    """Return the token of the lab that serves a folder at a port, and store a new token.
+    """Return the stored token of the lab that serves a folder at a port, or store a new one.
 
-    If the folder of the user's state cannot be used, the token is valid until the lab is closed.
+    If the file cannot be written, the new token is valid until the lab is closed.
     """
     name = hashlib.sha256(os.fsencode(root.resolve())).hexdigest()[:HASH_LENGTH]
     path = Path(platformdirs.user_state_dir("baldwinlab")) / "lab" / f"{name}-{port}.token"
@@ -78,14 +78,14 @@ def load_token(root: Path, port: int) -> str:
 
 
 def _read_private(path: Path) -> str:
-    """Return the text of a file, or "" if it is damaged or other users could have read it."""
+    """Return the token in a file; "" if it is invalid, or if other users could read the file."""
     try:
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
     except OSError:
         return ""
     with os.fdopen(descriptor, encoding="ascii", errors="replace") as file:
         status = os.fstat(descriptor)
-        # On Windows, the folders of a user are readable only for the user.
+        # Windows has no user ids, and only the user can read the user's folders.
         is_private = not hasattr(os, "getuid") or (
             status.st_uid == os.getuid() and not status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
         )
@@ -94,7 +94,7 @@ def _read_private(path: Path) -> str:
 
 
 def _write_private(path: Path, token: str) -> None:
-    """Write a file that only the user can read. A complete file replaces an older one."""
+    """Write a file that only the user can read. An older file is replaced when it is complete."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     partial_path = path.with_name(f".{path.name}.{uuid4().hex}")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL

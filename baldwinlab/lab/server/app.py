@@ -1,4 +1,4 @@
-"""The web application: routes, access control, and responses to errors, and its server."""
+"""The web application (routes, access control, and responses to errors), and the web server."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def make_app(
 ) -> Starlette:
     """Return the application that serves the studies in `root`, at any depth.
 
-    `is_engine_ready`: returns whether the engine is compiled. Until then, pages do not simulate.
+    `is_engine_ready` and `command`: see `Lab`. `root_path`: see `OriginCheck`.
     """
     lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready, command=command)
     comparisons = Comparisons()
@@ -95,7 +95,7 @@ class QuietServer(Server):
 
 
 def make_server(app: ASGIApp) -> Server:
-    """Return the server of an application. It runs on a listening socket."""
+    """Return the server of an application. The caller runs it with a listening socket."""
     return QuietServer(
         Config(
             app,
@@ -143,10 +143,9 @@ def _respond_server_error(request: Request, error: Exception) -> JSONResponse:
 
 
 def _make_error_response(message: str, status: int) -> JSONResponse:
-    """Return a response whose message the page shows."""
     return JSONResponse({"error": clip_for_terminal(message)}, status)
 
 
 async def _reject_websocket(websocket: WebSocket) -> None:
-    """Close a websocket before it is accepted, which answers the handshake with status 403."""
+    """Close a websocket of an unknown path. Closing it before `accept` responds with status 403."""
     await websocket.close()

@@ -1,14 +1,14 @@
 """Middleware that rejects requests of other hosts and origins, and requests without the token.
 
-A browser lets any page send requests to the local machine. A request is rejected if its Host is not
-this server (for example because another name resolves to this address), if its Origin is another
-page, or if the browser marks it as sent for another page.
+A browser lets any page send requests to the local machine. A request is rejected in three cases:
+its header Host is not this server (for example because another name resolves to this address), its
+header Origin is another page, or the browser marks the request as sent for another page.
 
 On a shared machine, every user can send requests to the local machine. Requests that read a study
 or start a run therefore need the token of `access`. The files of the page are the same in every
 installation, so they need no token.
 
-Behind a proxy, the host is that of the proxy, and the path can start with a prefix.
+Behind a proxy, the header Host can be that of the proxy, and the path can start with a prefix.
 """
 
 from __future__ import annotations
@@ -40,8 +40,9 @@ class OriginCheck:
     A request of another host or origin gets status 403, and a request without the token gets 401.
     A websocket handshake gets the same status.
 
-    `root_path`: the path under which a proxy serves the lab, such as "/user/ada/proxy/8642"; "" for
-    the root. A proxy can keep this path in its requests, or remove it. None without a proxy.
+    `root_path`: the path under which a proxy serves the lab, such as "/user/ada/proxy/8642". It is
+    "" for a proxy that serves the lab at its root, and None without a proxy. A proxy can keep this
+    path in the requests that it forwards, or remove it.
     """
 
     def __init__(self, app: ASGIApp, access: Access, root_path: str | None = None) -> None:
@@ -54,7 +55,7 @@ class OriginCheck:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        # All later checks and routes get the path without that of the proxy.
+        # All later checks and routes get the path without `root_path`.
         if self.root_path and scope["path"].startswith(f"{self.root_path}/"):
             scope = {**scope, "path": scope["path"].removeprefix(self.root_path)}
         response = self._make_response(scope)
@@ -101,7 +102,7 @@ class OriginCheck:
 
 
 def _add_slash(scope: Scope) -> Response:
-    """Redirect to the same path with a slash. The addresses of the page are relative to it."""
+    """Redirect to the same path with a slash, because the addresses in the page are relative."""
     query = scope["query_string"].decode("latin-1")
     folder = scope["path"].rpartition("/")[2]
     return RedirectResponse(f"{folder}/?{query}" if query else f"{folder}/", HTTPStatus.SEE_OTHER)
@@ -114,13 +115,13 @@ def _read_port(scope: Scope) -> int | None:
 
 
 def _read_scheme(scope: Scope) -> str:
-    """Return http or https, from the first proxy if there is one."""
+    """Return "http" or "https": the scheme that the browser used, as the first proxy states it."""
     forwarded = Headers(scope=scope).get("x-forwarded-proto", scope["scheme"])
     return forwarded.split(",")[0].strip().replace("ws", "http")
 
 
 def _find_fault(scope: Scope) -> str | None:
-    """Return why a request is rejected, or None."""
+    """Return the reason why a request without a proxy is rejected, or None."""
     headers = Headers(scope=scope)
     port = _read_port(scope)
     host = headers.get("host", "")
@@ -140,18 +141,18 @@ def _find_fault(scope: Scope) -> str | None:
 
 
 def _find_fault_behind_proxy(scope: Scope) -> str | None:
-    """Return why a request through a proxy is rejected, or None.
+    """Return the reason why a request through a proxy is rejected, or None.
 
-    The server does not know the name of the proxy. A page is therefore allowed if it has the same
-    origin as its request: its Origin has the host to which the browser sent the request. Pages
-    cannot set the headers with this host. Every other page also lacks the cookie with the token.
+    The server does not know the name of the proxy. It therefore compares two headers: Origin names
+    the page that sends a request, and Host (or X-Forwarded-Host) the receiver. They must agree. A
+    page cannot set these headers. A page of another host also lacks the cookie with the token.
     """
     headers = Headers(scope=scope)
     origin = headers.get("origin")
-    # Several proxies append their values. The first one is that of the browser.
+    # Each proxy appends a value. The browser sent the request to the first one.
     forwarded_host = headers.get("x-forwarded-host", "").split(",")[0].strip()
     hosts = [host for host in (headers.get("host"), forwarded_host) if host]
-    # A proxy may encrypt without a header that says so.
+    # A proxy may use https without stating it in X-Forwarded-Proto.
     schemes = ["https"] if _read_scheme(scope) == "https" else ["http", "https"]
     if origin is not None and origin not in [f"{a}://{b}" for a in schemes for b in hosts]:
         return (
@@ -162,7 +163,7 @@ def _find_fault_behind_proxy(scope: Scope) -> str | None:
 
 
 def _find_foreign_sender(scope: Scope) -> str | None:
-    """Return why a request is rejected that the browser marks as sent for another page, or None."""
+    """Return an error if the browser marks a request as sent for another page, else None."""
     sending_site = Headers(scope=scope).get("sec-fetch-site", "none")
     if scope["path"].startswith("/api") and sending_site not in ("none", "same-origin"):
         return "other pages are not allowed to use this server"
@@ -172,7 +173,8 @@ def _find_foreign_sender(scope: Scope) -> str | None:
 def _add_response_headers(scope: Scope, send: Send) -> Send:
     """Return a `send` that adds `RESPONSE_HEADERS` and a cache rule to each response.
 
-    The cache rule forbids browsers to store data. Browsers revalidate the files of the page.
+    Browsers must not store data of `/api`. They can store the files of the page, but must ask the
+    server before each use whether a file has changed.
     """
 
     async def send_with_headers(message: Message) -> None:

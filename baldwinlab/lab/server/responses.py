@@ -1,9 +1,9 @@
 """Responses to clients that can be slow: large responses, and the websocket of a live run.
 
 The number of large responses in memory is limited, and a client that does not read is disconnected.
-The server does not push each generation of a live run. Each connection checks a few times per
-second for new generations. Slow pages therefore do not delay others, and a page that reconnects
-receives all generations.
+A live run does not send its generations to pages. Instead, each connection looks for new
+generations several times per second. Slow pages therefore do not delay other pages, and a page that
+connects again receives all generations.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from baldwinlab.lab.sources.live_run import LiveRun
 
 # Seconds to receive a chunk of a response, or a message of a websocket.
 CLIENT_TIMEOUT: Final = 5.0
-# Bytes of a response that the server writes before the client reads them.
+# Size of the pieces of a large response. The server waits until the client has read a piece.
 CHUNK_BYTES: Final = 2**17
 
 
 class QueuedResponse(Response):
-    """A response that is built only when a slot is free.
+    """A response that is built when one of the slots of the lab is free.
 
-    The slot is held until the client has received the response, which bounds memory.
+    The slot is in use until the client has received the response. This limits the memory.
     """
 
     def __init__(self, lab: Lab, make: Callable[[], Response]) -> None:
@@ -57,9 +57,9 @@ class UnreadResponseError(Exception):
 
 
 class ChunkedResponses:
-    """Middleware that sends large responses in chunks, and drops those that nobody reads.
+    """Middleware that sends responses in chunks, and drops a response that a client does not read.
 
-    A response that is not read would hold its memory and its slot.
+    Such a response would otherwise use memory and a slot without end.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -87,12 +87,12 @@ class ChunkedResponses:
         try:
             await self.app(scope, receive, send_in_chunks)
         except UnreadResponseError:
-            # The server closes the connection of an incomplete response.
+            # After an incomplete response, the server closes the connection by itself.
             return
 
 
 async def _send_in_time(send: Send, message: Message) -> None:
-    """Send a message. Raise UnreadResponseError if the client has not read the previous ones."""
+    """Send a message. Raise UnreadResponseError if the client has not read earlier messages."""
     try:
         with anyio.fail_after(CLIENT_TIMEOUT):
             await send(message)
@@ -100,13 +100,13 @@ async def _send_in_time(send: Send, message: Message) -> None:
         raise UnreadResponseError from None
 
 
-# Time between two checks for new generations.
+# Seconds between two checks for new generations.
 POLL_SECONDS: Final = 0.05
 MAX_GENERATIONS_PER_MESSAGE: Final = 500
 
 
 async def _send(websocket: WebSocket, message: dict[str, Any]) -> None:
-    """Send a message. Raise TimeoutError if the page does not read it."""
+    """Send a message. Raise TimeoutError if the page does not read the message in time."""
     with anyio.fail_after(CLIENT_TIMEOUT):
         await websocket.send_json(message)
 
@@ -117,7 +117,8 @@ async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
     sent_state = ""
     await _send(websocket, {"type": "run", **summarize_run(run)})
     while True:
-        # Read the state before the generations, so that the end is sent after the last generation.
+        # The state is read first. If a run ends between these lines, the next pass sends the
+        # generations that are missing here, and then the end.
         state = run.state
         has_ended = run.has_ended
         n_done = run.generations_done

@@ -1,7 +1,7 @@
-"""All requests of the page: their paths, functions and parameters, and the forms of the responses.
+"""All requests of the page: paths, functions, parameters, and types of the responses.
 
-The functions get the lab and the values of a request, and know nothing about HTTP. A MissingError
-is answered with status 404, and another StudyError or a ValueError with status 400.
+The functions get the lab and the values of a request, and do not use HTTP. `app.py` turns a
+MissingError into a response with status 404, and another StudyError or a ValueError into 400.
 """
 
 from __future__ import annotations
@@ -44,12 +44,13 @@ from baldwinlab.lab.sources import (
 from baldwinlab.lab.sources.comparisons import Comparisons
 from baldwinlab.lab.sources.frames import WorldCursors
 
-# An experiment has some thousand bytes.
+# An experiment, the largest part of a request, has some thousand bytes.
 MAX_BODY_BYTES: Final = 2**20
 JSON: Final = "application/json"
 # The media type of a container, see `binary_frames`.
 CONTAINER: Final = "application/octet-stream"
-# Any user can write a report. The policy forbids scripts and requests, and isolates the origin.
+# A report in a study can be written by another program. The policy forbids scripts and requests in
+# the report, and separates it from the origin of the lab.
 REPORT_POLICY: Final = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 # The parameters of a lifetime, see `life_query.find_life`.
 LIFE: Final = ("study", "condition", "run", "generation", "live", "preset", "seed")
@@ -60,20 +61,20 @@ LIVE_RUN: Final = ("experiment", "runs", "seed", "seconds")
 
 
 class Endpoint(NamedTuple):
-    """A request of the page, and the function that computes its response.
+    """A kind of request, and the function that computes the response.
 
     `load` gets the lab, and the parameters of a GET request or the fields of a POST request.
     """
 
     path: str
     load: Callable[[Lab, Any], Any]
-    # The parameters or fields. A request with another one is refused.
+    # The allowed parameters or fields. A request with any other name is rejected.
     names: tuple[str, ...] = ()
     method: str = "GET"
     status: HTTPStatus = HTTPStatus.OK
-    # The media type of a response of bytes.
+    # The media type if `load` returns bytes.
     media_type: str = JSON
-    # The number of large responses in memory is limited.
+    # A large response waits for a slot, because the number of these responses is limited.
     is_large: bool = False
 
     def make_route(self, lab: Lab) -> Route:
@@ -90,7 +91,7 @@ class Endpoint(NamedTuple):
         return Route(f"/api/{self.path}", respond, methods=[self.method])
 
     async def _read_values(self, request: Request) -> Mapping[str, Any]:
-        """Return the parameters or fields of a request, and the values in its path."""
+        """Return the parameters or fields of a request, and the values in the path."""
         has_body = self.method == "POST"
         values: Mapping[str, Any] = request.query_params
         _require_known_names(request, "parameter", values, () if has_body else self.names)
@@ -100,8 +101,9 @@ class Endpoint(NamedTuple):
 
 
 def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
-    """Return all requests of the page, in the order of its tabs."""
-    # A GET request with a small response, or with a large one, and a POST request.
+    """Return all requests of the page, in the order of the page's tabs."""
+    # `get`: small response. `load`: large JSON or a file. `load_container`: large binary response.
+    # `post`: status 200. `create`: status 201.
     get = Endpoint
     load = partial(Endpoint, is_large=True)
     load_container = partial(Endpoint, is_large=True, media_type=CONTAINER)
@@ -167,7 +169,7 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
 def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
     """Return the routes of all endpoints, of live runs, and of the state of the engine."""
 
-    # Pages notice a server that does not answer this request. It needs no thread.
+    # Pages use this request to detect a closed server. It is quick, so it needs no thread.
     async def engine(request: Request) -> JSONResponse:
         _require_known_names(request, "parameter", request.query_params, ())
         return JSONResponse({"ready": lab.is_engine_ready()})
@@ -183,7 +185,7 @@ def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
 
 
 def _make_response(content: Any, media_type: str, status: HTTPStatus) -> Response:
-    """Return the response with a content: JSON, bytes, or a file."""
+    """Return the response with a content: a response, a file, a download, bytes or JSON."""
     if isinstance(content, Response):
         return content
     if isinstance(content, Path):
@@ -197,7 +199,7 @@ def _make_response(content: Any, media_type: str, status: HTTPStatus) -> Respons
 
 
 def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
-    """Return the report of a study, or a file of its figures."""
+    """Return the report of a study, or the file of a figure of the report."""
     name = query["path"]
     path = downloads.find_report(lab, name)
     headers = {"Content-Security-Policy": REPORT_POLICY}
@@ -210,7 +212,7 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
 
 
 async def _read_body(request: Request, names: Collection[str]) -> dict[str, Any]:
-    """Return the JSON body of a request, whose fields have these names."""
+    """Return the JSON body of a request. Raise ValueError for a field without one of `names`."""
     raw = bytearray()
     async for chunk in request.stream():
         raw += chunk

@@ -1,9 +1,9 @@
 """Binary containers for the page: a JSON header and typed arrays that browsers read without a copy.
 
-    b"BALD", uint32: bytes of the header, header as UTF-8 JSON padded with spaces, padded arrays
+    b"BALD", size of the header as uint32, header as UTF-8 JSON padded with spaces, padded arrays
 
 All numbers are little-endian. The data and each array begin at a multiple of 8 bytes. An array that
-changes little from row to row can be stored as differences, which compress to about a tenth: the
+changes little from row to row can be stored as differences. Differences compress better: the
 positions of twenty agents in a lifetime need 30 kB instead of 450 kB.
 """
 
@@ -18,9 +18,9 @@ import numpy.typing as npt
 
 MAGIC = b"BALD"
 DTYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32")
-# A typed array of any of these types may begin at a multiple of this number of bytes.
+# In a browser, a typed array must begin at a multiple of its item size. 8 fits all types.
 _ALIGNMENT_BYTES = 8
-# The number that states the size of the header.
+# Size of the uint32 that contains the size of the header.
 _SIZE_BYTES = 4
 
 
@@ -31,10 +31,10 @@ def pack(
 ) -> bytes:
     """Return the container of a header and named arrays.
 
-    `header`: `header["arrays"]` becomes the list of names, types, shapes and offsets of the arrays.
-    Offsets are in bytes from the beginning of the data. `differences`: [row, column] that are
-    stored column by column, each value as the exact difference from the value above it. The bits
-    are subtracted, not the floating-point numbers.
+    The stored header also has `arrays`: the name, type, shape and offset of each array. Offsets are
+    in bytes from the beginning of the data. `differences`: names of arrays [row, column] that are
+    stored column by column, each value as the difference from the value in the row above. The
+    subtraction uses the bits of a value as an integer, so that it is exact.
     """
     entries: list[dict[str, Any]] = []
     chunks = []
@@ -62,14 +62,14 @@ def pack(
 
 
 def _count_padding(n_bytes: int) -> int:
-    """Return the number of bytes up to the next multiple of the alignment."""
     return -n_bytes % _ALIGNMENT_BYTES
 
 
 def _subtract_rows(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return the difference of each row of an array [row, column] from the row above it.
+    """Return the difference of each row of an array [row, column] from the previous row.
 
-    The result is [column, row]. The differences are unsigned and wrap around.
+    The result is [column, row]. The differences are unsigned and wrap around. The first row is
+    unchanged.
     """
     bits = array.view(f"<u{array.itemsize}").T
     return np.diff(bits, axis=1, prepend=bits.dtype.type(0))

@@ -30,9 +30,9 @@ from baldwinlab.studies.run import count_agent_steps
 from baldwinlab.studies.sweeps import validate_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
 
-# One core stays free for the page.
+# Number of workers. One core stays free for the page.
 WORKERS: Final = max(1, available_cores() - 1)
-# Approximate time to write the record of a run.
+# Approximate time to write the record of one run.
 SECONDS_PER_RECORD: Final = 0.05
 MAX_CACHED_MEASUREMENTS: Final = 16
 # The fields of a request for a plan.
@@ -41,43 +41,44 @@ _measurement_lock = threading.Lock()
 
 
 class ComparisonPlan(NamedTuple):
-    """A comparison of presets, or of the values of one or two fields, that can be started."""
+    """A valid comparison of presets, or of the values of one or two fields (a sweep)."""
 
-    kind: StudyKind  # Conditions for presets, sweep for values.
+    kind: StudyKind  # `CONDITIONS` for presets, `SWEEP` for values.
     experiments: Sequence[Experiment]  # The compared presets, or the points of the sweep.
-    runs: int
+    runs: int  # Number of runs of each experiment.
     seed: int
-    subject: str  # What is compared, for example "3 presets" or "learning.rate".
+    subject: str  # The compared objects, for example "3 presets" or "learning.rate".
     command: str  # The command that runs the same study.
-    toml: str = ""  # The content of the sweep's file. "" for presets.
-    # The changes of the form that apply to all presets, such as "lifetime.steps=100".
+    toml: str = ""  # The content of the sweep's file, which `command` reads. "" for presets.
+    # The settings that the form changes in all presets, such as "lifetime.steps=100".
     changes: Sequence[str] = ()
 
     @property
     def factors(self) -> dict[str, Factors]:
-        """Return the factors of the presets. The points of a sweep have none."""
+        """Return the learner and the map of each preset by name; {} for a sweep."""
         factors = presets.factors()
         names = [experiment.name for experiment in self.experiments]
         return {name: factors[name] for name in names if name in factors}
 
     @property
     def n_runs(self) -> int:
-        """Return the number of runs of all experiments."""
+        """Return the number of runs of all experiments together."""
         return len(self.experiments) * self.runs
 
     @property
     def agent_steps(self) -> int:
-        """Return the number of agent-steps of all runs."""
+        """Return the number of agent-steps of all runs together."""
         return sum(self.runs * count_agent_steps(experiment) for experiment in self.experiments)
 
     @property
     def disk_bytes(self) -> int:
-        """Return the disk space of all runs."""
+        """Return the disk space of all runs, in bytes."""
         runs_by_experiment = [(experiment, self.runs) for experiment in self.experiments]
         return memory.estimate_runs(runs_by_experiment, WORKERS, CPU.worlds).disk
 
     def estimate_seconds(self) -> float:
         """Estimate the duration on this machine, from one simulated generation of each model."""
+        # The CPU backend simulates this number of runs in one batch.
         n_worlds = min(self.runs, CPU.worlds)
         seconds_per_step: dict[str, float] = {}
         seconds = SECONDS_PER_RECORD * self.n_runs
@@ -91,7 +92,7 @@ class ComparisonPlan(NamedTuple):
         return seconds / min(WORKERS, self.n_runs)
 
     def describe_too_few_runs(self) -> str:
-        """Return sentences if no verdict is possible with these runs, else ""."""
+        """Return sentences if the runs are too few for any verdict, else ""."""
         # This import takes time.
         from baldwinlab.api.publish.comparisons import MAX_COMPARED_POINTS, describe_planned
 
@@ -105,9 +106,8 @@ class ComparisonPlan(NamedTuple):
 
 @lru_cache(maxsize=MAX_CACHED_MEASUREMENTS)
 def _measure_generation(experiment: Experiment, n_runs: int) -> float:
-    """Return the seconds that one generation of several runs takes."""
     single_generation = experiment.replace(evolution={"generations": 1})
-    # A measurement at the same time would slow this one down.
+    # Two measurements at the same time would slow each other down.
     with _measurement_lock:
         compile_experiments([experiment])
         start_time = time.perf_counter()
@@ -116,11 +116,11 @@ def _measure_generation(experiment: Experiment, n_runs: int) -> float:
 
 
 def make_comparison_plan(body: Mapping[str, Any]) -> ComparisonPlan:
-    """Return the plan of a comparison.
+    """Return the plan of a comparison. Raise ValueError for an invalid or too large comparison.
 
-    `body`: the body of the request: `runs`, `seed`, a `preset`, the `experiment` that was made from
-    it, and the compared `presets`, or `fields` with the values of each compared field. Without an
-    `experiment`, presets are compared as they are.
+    `body`: the body of the request. It has `runs`, `seed`, a `preset` and the `experiment` that a
+    form made from this preset. It also has the compared `presets`, or `fields`: the values of each
+    compared field. Without an `experiment`, presets are compared without changes.
     """
     runs = read_body_number(body, "runs", 1)
     seed = read_body_number(body, "seed", 0)
@@ -131,11 +131,11 @@ def make_comparison_plan(body: Mapping[str, Any]) -> ComparisonPlan:
 
 
 def describe_plan(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the page shows of a plan, or why the comparison cannot be started."""
+    """Return the entries of a plan for the page, or {"problem": MESSAGE} if the plan is invalid."""
     try:
         plan = make_comparison_plan(body)
     except ValueError as error:
-        # The user is still typing, so an invalid comparison is not an error of the request.
+        # The page requests a plan while the user types, so an invalid one gets a normal response.
         return {"problem": str(error)}
     return {
         "conditions": len(plan.experiments),
@@ -172,7 +172,7 @@ def _plan_presets(body: Mapping[str, Any], runs: int, seed: int) -> ComparisonPl
 
 
 def _apply_changes(preset: Experiment, changes: Sequence[str]) -> Experiment:
-    """Return a preset with the changes of the form. Raise ValueError if it has no such setting."""
+    """Return a preset with the changes of the form. Raise ValueError if the preset lacks one."""
     try:
         changed: Experiment = assign(preset, changes)
     except ExperimentError as error:
@@ -184,7 +184,7 @@ def _apply_changes(preset: Experiment, changes: Sequence[str]) -> Experiment:
 
 
 def _format_change(path: str, value: Any) -> str:
-    """Return a change as an assignment. Raise ValueError for a change to no value."""
+    """Return a change as an assignment. Raise ValueError if the new value is None."""
     if value is None:
         raise ValueError(f"{path} has no value in the form; use the value of the preset")
     return f"{path}={_format_toml(value)}"
@@ -195,7 +195,7 @@ def _format_toml(value: Any) -> str:
     if _has_tables(value):
         return f"[{', '.join(map(_format_toml, value))}]"
     if isinstance(value, dict):
-        # An absent entry has no value.
+        # TOML has no null value, so an entry without a value is left out.
         entries = [
             f"{key} = {_format_toml(item)}" for key, item in value.items() if item is not None
         ]
@@ -241,7 +241,7 @@ def _plan_values(body: Mapping[str, Any], runs: int, seed: int) -> ComparisonPla
 
 
 def _list_changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the path and the new value of each field in which a tree differs from a base."""
+    """Yield the path and the new value of each field of `tree` that differs in `base`."""
     if _has_tables(tree) and _has_tables(base) and len(tree) == len(base):
         # Two lists of tables are compared table by table, with the index as a key.
         base = dict(enumerate(base))

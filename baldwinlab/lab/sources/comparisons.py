@@ -1,6 +1,7 @@
 """Comparisons from the page, one at a time, on a thread.
 
-Presets are stored as by `baldwinlab run`, and values as by `baldwinlab sweep`.
+A comparison of presets is stored as a study of `baldwinlab run`, and a comparison of values as a
+study of `baldwinlab sweep`.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME
 
 
 class LiveComparison:
-    """A comparison that starts on its own thread when the object is created.
+    """A comparison of a plan. Creating the object starts it, on a new thread.
 
-    `state`: preparing, running, done, stopped or failed. `message`: the error if the comparison
-    failed.
+    `state`: "preparing", "running", "done", "stopped" or "failed". `message`: the error if the
+    comparison failed, else "".
     """
 
     def __init__(self, plan: ComparisonPlan, study: StudyStore, name: str) -> None:
@@ -51,7 +52,7 @@ class LiveComparison:
         self._is_stopping = True
 
     def summarize(self) -> dict[str, Any]:
-        """Return the data that a page shows."""
+        """Return the state for the page. `share` is the finished fraction of the agent-steps."""
         share_done = self.agent_steps_done / self.plan.agent_steps
         seconds_left = None
         if share_done and not self.has_ended:
@@ -83,18 +84,21 @@ class LiveComparison:
         except StoppedError:
             self.state = "stopped"
         except Exception as error:
-            # Watching pages must show any error.
+            # An error on this thread reaches no caller, so the page shows the message.
             self.message = f"the comparison failed: {error or type(error).__name__}"
             self.state = "failed"
 
     @contextmanager
     def _report_progress(self, description: str, total: int) -> Iterator[Callable[[int], None]]:
+        """Give `run_study` the function that it calls with the number of simulated agent-steps."""
         self.state = "running"
+        # The preparation, such as compilation, is not a part of the measured speed.
         self._start_time = time.monotonic()
         yield self._add_steps
 
     def _add_steps(self, agent_steps: int) -> None:
         self.agent_steps_done += agent_steps
+        # An error in this function ends the simulation.
         if self._is_stopping:
             raise StoppedError
 
@@ -104,14 +108,14 @@ def _ignore_message(message: str) -> None:
 
 
 class Comparisons:
-    """The comparisons of one server, one at a time. The last one stays available until the next."""
+    """The comparisons of one server, one at a time. The page shows the last one until the next."""
 
     def __init__(self) -> None:
         self.last: LiveComparison | None = None
         self._lock = threading.Lock()
 
     def start(self, plan: ComparisonPlan, root: Path, name: str) -> LiveComparison:
-        """Start a comparison and store it as a study of this name in `root`."""
+        """Start a comparison, which is stored as a study called `name` in `root`."""
         with self._lock:
             if self.last and not self.last.has_ended:
                 raise ValueError(
@@ -133,12 +137,12 @@ class Comparisons:
             self.last.stop()
 
     def start_requested(self, lab: Lab, body: Mapping[str, Any]) -> dict[str, str]:
-        """Start the comparison of a request, and return its name."""
+        """Start a comparison. The response is {"name": NAME}."""
         plan = make_comparison_plan(body)
         return {"name": self.start(plan, lab.root, str(body.get("name", ""))).name}
 
     def describe_last(self, lab: Lab, query: Query) -> dict[str, Any]:
-        """Return the state of the last comparison, None without one."""
+        """Return {"comparison": SUMMARY}. The summary is None before the first comparison."""
         return {"comparison": self.last.summarize() if self.last else None}
 
     def stop_last(self, lab: Lab, query: Query) -> dict[str, Any]:

@@ -15,18 +15,18 @@ from baldwinlab.lab.sources.presets import choose_default_preset, list_presets
 from baldwinlab.models.miniworld.appearance import describe_appearance, list_topics
 from baldwinlab.simulation.simulate import check_seed
 
-# The text after the path in the error about an unknown field.
+# In the message about an unknown field, this text follows the path of the field.
 UNKNOWN_FIELD_MESSAGE = ": there is no such field"
 
 
 def check(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
-    """Return the errors of an experiment or of its live run, and a note on too few runs."""
+    """Return `errors` of an experiment or of its live run, and a `note` if the runs are too few."""
     errors = find_errors(body.get("experiment")) or _find_limit_errors(lab, body)
     return {"errors": errors, "note": "" if errors else _describe_sample_size(body)}
 
 
 def preview_world(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
-    """Return the world of an experiment before its first run."""
+    """Return the world of an experiment, which the form shows before a run starts."""
     experiment = validate(body.get("experiment", {}))
     if not isinstance(experiment, Experiment):
         return {"world": None, "appearance": None}
@@ -34,7 +34,7 @@ def preview_world(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def describe_world(experiment: Experiment) -> dict[str, Any]:
-    """Return the world, its appearance and its description, as in the header of a recording."""
+    """Return entries of the header of a recording: `world`, `appearance`, `topics`, `species`."""
     return {
         "world": experiment.world.model_dump(mode="json"),
         "appearance": describe_appearance(experiment).to_dict(),
@@ -58,20 +58,20 @@ def _with_part_names(node: Any) -> Any:
 
 
 def describe_presets(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return all presets, and the default of the first live run."""
+    """Return all presets, and the name of the preset that the form shows first."""
     return {"presets": list_presets(), "default": choose_default_preset()}
 
 
 def load_form(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
-    """Return the form of the experiment of a request, as `make_form`."""
+    """Return the result of `make_form` for the experiment of a request."""
     return make_form(body.get("experiment"))
 
 
 def make_form(tree: Any) -> dict[str, Any]:
-    """Return the JSON schema of an experiment with its parts, and the complete experiment.
+    """Return the JSON schema of an experiment with its parts, and the experiment with all settings.
 
-    Tables of parts that the experiment does not use are left out. Other tables get their defaults.
-    An invalid experiment is returned unchanged, with the schema of `Experiment`.
+    Tables of parts that the experiment does not use are left out. Missing tables get their
+    defaults. An invalid experiment is returned unchanged, with the schema of `Experiment`.
     """
     try:
         experiment = complete_experiment(tree)
@@ -82,6 +82,8 @@ def make_form(tree: Any) -> dict[str, Any]:
 
 def complete_experiment(tree: Any) -> BaseExperiment:
     """Return the experiment of a tree, without the tables of parts that it does not use."""
+    # If a user of the form chooses another part, the tree still has the table of the old part.
+    # Validation reports such a table as an unknown field.
     while True:
         try:
             experiment: BaseExperiment = validate(tree)
@@ -104,7 +106,7 @@ def _list_unknown_fields(message: str) -> Iterator[str]:
 
 
 def _remove_table(tree: Any, path: list[str]) -> Any:
-    """Return a copy of a tree without the table at a path. Values that are not tables remain."""
+    """Return a copy of a tree without the table at a path. A value that is not a table stays."""
     first_name, *child_path = path
     if not isinstance(tree, dict) or first_name not in tree:
         return tree
@@ -117,9 +119,9 @@ def _remove_table(tree: Any, path: list[str]) -> Any:
 
 
 def find_errors(tree: Any) -> list[dict[str, str]]:
-    """Return the errors of an experiment, each with the path of its field and a message.
+    """Return the errors of an experiment: {"path": "lifetime.steps", "message": MESSAGE}, ...
 
-    The path is empty if the error is about the complete experiment.
+    The path is "" if the error is about the complete experiment.
     """
     try:
         validate(tree)
@@ -132,7 +134,7 @@ def find_errors(tree: Any) -> list[dict[str, str]]:
 
 
 def _find_limit_errors(lab: Lab, body: dict[str, Any]) -> list[dict[str, str]]:
-    """Return why a valid experiment cannot be a live run: its size, its seed or its founders."""
+    """Return the first error of a live run of a valid experiment: its size, seed or founders."""
     if "runs" not in body:
         return []
     try:
@@ -167,7 +169,7 @@ def _describe_sample_size(body: dict[str, Any]) -> str:
 
 
 def _find_error_path(message: str, tree: Any) -> str:
-    """Return the path at the beginning of an error message, or ""."""
+    """Return the path at the beginning of an error message, or "" if `tree` has no such path."""
     first_word, _, _ = message.partition(" ")
     path = first_word.rstrip(":,")
     node = tree

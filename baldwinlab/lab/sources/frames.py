@@ -1,7 +1,8 @@
-"""Frames of a world: the visible agents and items, or their numbers in squares of the window.
+"""Frames of a world: each visible agent and item, or the counts of both in squares of the window.
 
-A world of many agents has more agents than a page can draw, and often more than it has pixels. The
-server counts them, so that a frame of 100,000 agents has some ten thousand bytes.
+A large world has more agents than a page can draw, and often more agents than the page has pixels.
+The server then counts the agents in each square, so that a frame of 100,000 agents has some ten
+thousand bytes.
 
 A recording of a large world has hundreds of megabytes. A cursor therefore stores only the latest
 snapshots of a lifetime, and continues the simulation when a page requests later steps.
@@ -30,20 +31,22 @@ from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.simulation.recorder import RECORDED_WORLD, VARIABLE_READERS
 from baldwinlab.simulation.reevaluation import make_batch
 
-# Worlds in memory: the two of a comparison.
+# Number of worlds in memory. A page can compare two lifetimes.
 MAX_CURSORS: Final = 2
 # Memory of the snapshots of one cursor.
 MAX_SNAPSHOT_BYTES: Final = 64 * 2**20
-# Agent-steps between two checks of the time.
+# Agent-steps that are simulated between two checks of the clock.
 PIECE_AGENT_STEPS: Final = 1_000_000
 
+# In this module, the arrays of agents are [agent], and the arrays of items [item].
 Array = npt.NDArray[Any]
 
 
 class Snapshot(NamedTuple):
-    """A world before a step: positions in map units, headings, and the items eaten so far.
+    """A world at the beginning of a step. Positions are in map units.
 
-    The arrays of agents are [agent], and those of items [item]. `x` of a dead agent is NaN.
+    Headings are clockwise from +x, in units of 1 / appearance.headings of a circle. `eaten` is the
+    number of items that each agent has eaten since birth. `x` of a dead agent is NaN.
     """
 
     x: Array
@@ -59,26 +62,27 @@ class Snapshot(NamedTuple):
 
 
 class WorldCursor:
-    """One lifetime, simulated up to a step, and its latest snapshots."""
+    """One lifetime that is simulated up to a step, and the latest snapshots of this lifetime."""
 
     def __init__(self, life: Life) -> None:
         self._life = life
         self._lock = Lock()
         self._start: StartData | None = None
-        # The agents of each species, or of the world. The first entry simulates all.
+        # One entry with all agents, or one entry per species. `simulate` of any entry simulates
+        # all species, because the species share a world.
         self._members: Sequence[SimulatedAgents] = ()
         self._steps_done = 0
         self._snapshots: OrderedDict[int, Snapshot] = OrderedDict()
 
     @property
     def species(self) -> SpeciesIndices | None:
-        """The species of each agent [agent]. None without species, and before the first step."""
+        """The species of each agent [agent]. None without species, and before the first `read`."""
         return self._start.species if self._start else None
 
     def read(self, steps: Sequence[int], seconds: float) -> tuple[dict[int, Snapshot], int]:
-        """Return the snapshots of some steps, and the number of simulated steps.
+        """Return the snapshot of each step, by step, and the number of simulated steps.
 
-        `seconds`: the simulation stops after this time, and later steps are missing in the result.
+        `seconds`: the simulation stops after this time. The result then lacks the later steps.
         A call simulates at least a few steps, so repeated calls reach every step.
         """
         deadline = time.monotonic() + seconds
@@ -93,7 +97,8 @@ class WorldCursor:
             return result, self._steps_done
 
     def _simulate_until(self, step: int, deadline: float) -> bool:
-        """Simulate up to a step and store its snapshot, unless the deadline passes before."""
+        """Simulate up to a step, store its snapshot, and return True; False after the deadline."""
+        # A simulation cannot go back, so an earlier step needs a new one.
         if not self._members or step < self._steps_done:
             self._begin()
         piece = max(1, PIECE_AGENT_STEPS // self._life.experiment.agents_per_world)
@@ -101,13 +106,13 @@ class WorldCursor:
             stop = min(self._steps_done + piece, step)
             self._members[0].simulate(self._steps_done, stop)
             self._steps_done = stop
+            # At the requested step, the snapshot is stored even after the deadline.
             if time.monotonic() > deadline and stop < step:
                 return False
         self._store(step, _take_snapshot(self._members))
         return True
 
     def _begin(self) -> None:
-        """Begin the lifetime."""
         seed, run, generation = self._life.key
         if self._start is None:
             self._start = self._life.load_start_data()
@@ -123,7 +128,7 @@ class WorldCursor:
         self._steps_done = 0
 
     def _store(self, step: int, snapshot: Snapshot) -> None:
-        """Store a snapshot, and drop the oldest ones if they need too much memory."""
+        """Store a snapshot, and drop the oldest snapshots if all together need too much memory."""
         self._snapshots[step] = snapshot
         max_snapshots = max(1, MAX_SNAPSHOT_BYTES // max(1, snapshot.count_bytes()))
         while len(self._snapshots) > max_snapshots:
@@ -131,9 +136,9 @@ class WorldCursor:
 
 
 class WorldCursors:
-    """The cursors of a server. A new one replaces the one that was not used for the longest time.
+    """The cursors of a server. A new cursor replaces the least recently used cursor.
 
-    The experiment and the key of a life determine its world, so pages share cursors.
+    The experiment and the key of a lifetime determine its world, so pages share cursors.
     """
 
     def __init__(self) -> None:
@@ -141,7 +146,7 @@ class WorldCursors:
         self._cursors: OrderedDict[Hashable, WorldCursor] = OrderedDict()
 
     def find(self, life: Life) -> WorldCursor:
-        """Return the cursor of a life."""
+        """Return the cursor of a lifetime."""
         key = (life.experiment, life.key)
         with self._lock:
             if key not in self._cursors:
@@ -153,7 +158,7 @@ class WorldCursors:
 
 
 def _take_snapshot(members: Sequence[SimulatedAgents]) -> Snapshot:
-    """Return the agents and the items of a world. Each species has its agents in one member."""
+    """Return the snapshot of a world, with the agents of all members in the order of members."""
     x, y, heading, eaten, alive = (
         np.concatenate(
             [VARIABLE_READERS[name](member, slice(member.model.agents)) for member in members]
@@ -172,18 +177,19 @@ def _take_snapshot(members: Sequence[SimulatedAgents]) -> Snapshot:
     )
 
 
-# Seconds of simulation before a response.
+# Seconds of simulation for one response.
 RESPONSE_SECONDS: Final = 0.1
 MAX_FRAMES: Final = 32
 MAX_SQUARES: Final = 400_000
-# Agents or items of a frame that are returned one by one.
+# Maximum number of agents, or of items, that a frame contains one by one.
 MAX_SHAPES: Final = 20_000
 
 
 class Window(NamedTuple):
-    """A part of the map, in map units, divided into squares.
+    """A rectangle of the map, in map units, divided into squares.
 
-    Objects are returned one by one if the part contains at most `max_shapes` of them.
+    A frame contains agents one by one if at most `max_shapes` agents are in the window, and else
+    the count of each square. The same applies to items.
     """
 
     left: float
@@ -195,14 +201,14 @@ class Window(NamedTuple):
     max_shapes: int
 
     def contains(self, x: Array, y: Array) -> npt.NDArray[np.bool_]:
-        """Return whether each position is in the window. A NaN is not."""
+        """Return whether each position is in the window. A position of NaN is outside."""
         is_inside: npt.NDArray[np.bool_] = (
             (x >= self.left) & (x < self.right) & (y >= self.top) & (y < self.bottom)
         )
         return is_inside
 
     def count_by_square(self, x: Array, y: Array) -> npt.NDArray[np.int64]:
-        """Return the number of positions in each square, row by row [square]."""
+        """Return the number of positions in each square [square], row by row of the window."""
         column = _find_square(x, self.left, self.right, self.columns)
         row = _find_square(y, self.top, self.bottom, self.rows)
         is_inside = (column < self.columns) & (row < self.rows)
@@ -212,7 +218,7 @@ class Window(NamedTuple):
 
 
 class FrameQuery(NamedTuple):
-    """The requested frames: `n_frames` frames from the step `first`, one every `interval` steps."""
+    """A request for `n_frames` frames: one every `interval` steps, from the step `first`."""
 
     first: int
     interval: int
@@ -233,7 +239,7 @@ def load_frames(cursors: WorldCursors, lab: Lab, query: Query) -> bytes:
 
 
 def read_frame_query(query: Query, experiment: Experiment) -> FrameQuery:
-    """Return the requested frames. The default is no frame, and a window of the complete map."""
+    """Return the frames that a query requests. The default is no frame, and the complete map."""
     n_steps = experiment.lifetime.steps
     world = experiment.world
     window = Window(
@@ -274,16 +280,18 @@ def make_frames(
     The response can have fewer frames than requested, or none, because it is sent after a limited
     time. `simulated` in the header is the number of simulated steps.
 
-    The container (`binary_frames.pack`) has these arrays. The window is that of the request.
+    The container (`binary_frames.pack`) has these arrays. The request has chosen the window.
 
-    - eaten, eaters: uint32 [frame], the number of items eaten before the step, and of the
-      agents that ate.
+    - eaten, eaters: uint32 [frame], the number of items eaten before the step, and the number of
+      agents that ate them.
     - agent_counts: [frame, square], the number of agents in each square of the window, row by
       row. If the window contains few agents in the first frame, these arrays instead:
       agent_number [frame], the number of agents in the window; agent (index), x, y (map units),
-      heading and agent_eaten [agent], frame by frame; species [agent] with several species.
-    - item_counts: [frame, kind, square]. If the window contains few items, these arrays
-      instead: item_number [frame, kind]; item_x, item_y [item], kind by kind.
+      heading and agent_eaten [visible agent], frame by frame; species [visible agent] with
+      several species.
+    - item_counts: [frame, kind, square]. If the window contains few items in the first frame,
+      these arrays instead: item_number [frame, kind]; item_x, item_y [visible item], frame by
+      frame and kind by kind.
     """
     experiment = life.experiment.at(life.key.generation)
     steps = frame_query.list_steps(experiment.lifetime.steps)
@@ -317,7 +325,8 @@ def make_frames(
 def _make_agent_arrays(
     worlds: Sequence[Snapshot], window: Window, species: Array | None
 ) -> dict[str, Array]:
-    """Return the counts of agents, or the visible agents if there are few."""
+    """Return the arrays of agents of `make_frames`: the counts, or the visible agents if few."""
+    # One array [square] per frame. The first frame decides for all frames of a response.
     counts = [window.count_by_square(world.x, world.y) for world in worlds]
     if counts[0].sum() > window.max_shapes:
         return {"agent_counts": _narrow(np.stack(counts))}
@@ -340,10 +349,8 @@ def _make_agent_arrays(
 def _make_item_arrays(
     worlds: Sequence[Snapshot], window: Window, kind_sizes: Sequence[int]
 ) -> dict[str, Array]:
-    """Return the counts of items, or the visible items if there are few.
-
-    Items are numbered by kind.
-    """
+    """Return the arrays of items of `make_frames`: the counts, or the visible items if few."""
+    # The items of a kind have successive indices, and the kinds follow each other.
     kind_ends = np.cumsum(kind_sizes)
     counts = [
         [
@@ -356,6 +363,7 @@ def _make_item_arrays(
         return {"item_counts": _narrow(np.array(counts))}
     visible = [np.flatnonzero(window.contains(world.item_x, world.item_y)) for world in worlds]
     pairs = list(zip(worlds, visible, strict=True))
+    # `indices` ascend, so the place of `kind_ends` in them gives the number of items of each kind.
     numbers = [np.diff(np.searchsorted(indices, kind_ends), prepend=0) for indices in visible]
     return {
         "item_number": np.array(numbers, np.uint32).reshape(len(worlds), len(kind_sizes)),
@@ -365,22 +373,22 @@ def _make_item_arrays(
 
 
 def _find_square(positions: Array, low: float, high: float, n_squares: int) -> Array:
-    """Return the column or row of positions. Those outside of the window have no column or row."""
+    """Return the column or row of each position; `n_squares` or more outside of the window."""
     squares = np.floor((positions - np.float32(low)) * np.float32(n_squares / (high - low)))
-    # A negative number becomes a large one. So does a NaN, with a warning.
+    # The view turns a negative integer into a large one. The cast of a NaN gives a warning.
     with np.errstate(invalid="ignore"):
         indices: Array = squares.astype(np.int32).view(np.uint32)
     return indices
 
 
 def _narrow(values: Array) -> Array:
-    """Return whole numbers in the smallest unsigned type."""
+    """Return whole numbers in the smallest unsigned type that can hold all of them."""
     return values.astype(np.min_scalar_type(int(values.max(initial=0))))
 
 
 def _read_limited(query: Query, name: str, default: int, maximum: int) -> int:
-    """Return a whole number of at most `maximum`. Raise ValueError for another value."""
     value = read_number(query, name, default)
+    # Only a parameter with the default 0 can be 0.
     minimum = min(default, 1)
     if not minimum <= value <= maximum:
         raise ValueError(f"{name} = {value} must be at least {minimum} and at most {maximum}")

@@ -1,7 +1,7 @@
-"""The freezer: genome files in the served folder, written from any lifetime that the lab shows.
+"""The freezer: genome files in the served folder, with the agents of any lifetime of the lab.
 
-The files are those of `baldwinlab freeze`. The page names them by their path in the folder. The
-agents of two files can compete in one population.
+The files have the format of `baldwinlab freeze`. The page names a file by its path in the folder.
+The agents of two files can compete in one population.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ NAME_PATTERN: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9+_-]{0,99}")
 MAX_FILE_BYTES: Final = 50_000_000
 MAX_LISTED_FILES: Final = 200
 FOUNDERS_FIELD: Final = "evolution.founders"
-# Lives of a competition. Each of them is simulated twice, see `compete`.
+# The number of lives of a competition. `baldwinlab.api.compete` simulates each life twice.
 MAX_LIVES: Final = 200
 SIMULATIONS_PER_LIFE: Final = 2
-# A server simulates one competition at a time.
+# Held during a competition, because a server simulates one competition at a time.
 _running = Lock()
 
 
 def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the genomes of a lifetime at birth to a genome file, and return its description.
+    """Write the genomes at birth to a genome file, and return the description of the file.
 
-    `body` has the parameters of the lifetime (`life`, see `find_life`), the `name` of the file,
-    and for a single agent its number (`agent`).
+    `body` has `life` (the parameters of the lifetime, see `find_life`), the `name` of the file, and
+    `agent` (the index of a single agent, or None for all agents).
     """
     path = _choose_path(lab.root, str(body.get("name", "")))
     query = body.get("life")
@@ -63,6 +63,7 @@ def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
         agent = read_body_number(body, "agent", 0)
         require_agent(life.experiment, agent)
     genomes = life.load_start_data().genomes
+    # The genomes of a file are [run, agent, module, weight], here of a single run.
     content = encode_agents(
         genomes[None] if agent is None else genomes[None, agent : agent + 1],
         life.experiment,
@@ -83,7 +84,6 @@ def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _choose_path(root: Path, name: str) -> Path:
-    """Return the path of a new genome file. Raise StudyError if the lab must not write it."""
     if not NAME_PATTERN.fullmatch(name):
         raise StudyError(
             f"{name!r} is not a valid name: use at most 100 letters, digits, + - and _, and begin"
@@ -103,7 +103,7 @@ def _choose_path(root: Path, name: str) -> Path:
 
 
 def list_files(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return the descriptions of the genome files in the served folder, the newest first."""
+    """Return {"files": [DESCRIPTION, ...]} of the served folder, the newest file first."""
     paths = sorted(_find_files(lab.root), key=lambda path: path.stat().st_mtime, reverse=True)
     return {"files": [describe_file(lab, path) for path in paths[:MAX_LISTED_FILES]]}
 
@@ -124,13 +124,14 @@ def _find_files(root: Path) -> Iterator[Path]:
 
 
 def describe_file(lab: Lab, path: Path) -> dict[str, Any]:
-    """Return the name, the origin and the size of a genome file, or why it cannot be read."""
+    """Return `name` and the entries of `_describe_content` of a genome file."""
     name = path.relative_to(lab.root).as_posix()
     key = ("genome file", path, path.stat().st_mtime_ns)
     return {"name": name, **json.loads(lab.cache.get(key, lambda: _describe_content(path)))}
 
 
 def _describe_content(path: Path) -> bytes:
+    """Return the origin and the size of a genome file as JSON, or {"problem": MESSAGE}."""
     try:
         stored = read_genome_file(path)
         experiment = choose_experiment(stored, path, None)
@@ -140,7 +141,7 @@ def _describe_content(path: Path) -> bytes:
     origin = stored.origin
     description = {
         "problem": None,
-        # The path that an experiment names.
+        # The path to write in an experiment.
         "path": _shorten_path(path),
         "condition": str(origin["condition"]),
         "generation": int(origin["generation"]),
@@ -153,7 +154,7 @@ def _describe_content(path: Path) -> bytes:
 
 
 def _shorten_path(path: Path) -> str:
-    """Return a path relative to the working directory, if it is inside."""
+    """Return a path relative to the working directory, or the absolute path if it is outside."""
     working_directory = Path.cwd()
     if path.is_relative_to(working_directory):
         return path.relative_to(working_directory).as_posix()
@@ -162,7 +163,7 @@ def _shorten_path(path: Path) -> str:
 
 @cache
 def _list_conditions(layout: str) -> tuple[str, ...]:
-    """Return the presets whose agents have genomes of a layout."""
+    """Return the presets with genomes of a layout: the result of `describe_layout` as JSON."""
     return tuple(name for name in presets.factors() if _describe_preset(name) == layout)
 
 
@@ -195,7 +196,7 @@ def require_usable_founders(lab: Lab, experiment: BaseExperiment, n_runs: int) -
 
 
 def start_competition(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the result of a competition. Raise ValueError while another one is running."""
+    """Return the result of `compete`. Raise ValueError while another competition is running."""
     if not _running.acquire(blocking=False):
         raise ValueError("another competition is running; wait until it has ended")
     try:
@@ -205,10 +206,11 @@ def start_competition(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the mean outcomes of the agents of the files `a` and `b`, and their difference.
+    """Return the mean outcomes of the agents of two files, and the difference between the means.
 
-    `body` may have a `condition` (a preset) in which all agents are simulated, a number of
-    `lives`, and a `seed`. A missing interval is None.
+    `body` has the files `a` and `b`. It may have a `condition` (the preset of the simulation, by
+    default the experiment of `a`), a number of `lives`, and a `seed`. The result has the outcomes
+    in `energy` [a, b], and the 95 % interval in `low` and `high`, which are None for one life.
     """
     # This import of SciPy's statistics takes time.
     from baldwinlab.api.compete import compete as simulate_competition
@@ -217,7 +219,7 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
     condition = str(body.get("condition", "")) or None
     lives = read_body_number(body, "lives", 20)
     seed = read_body_number(body, "seed", 0)
-    # `simulate_competition` would also read a file of this name.
+    # Without this check, `simulate_competition` would also read an experiment file of this name.
     if condition is not None and condition not in presets.factors():
         raise ValueError(f"condition = {condition!r} must be a preset")
     if not 1 <= lives <= MAX_LIVES:

@@ -1,8 +1,8 @@
 """The history of one run: fitness in each generation, innate behavior, and relatives of an agent.
 
-The map of behavior shows the fitness of agents without and with learning, in the same lifetime.
-Each agent is simulated twice from the same birth, with the same food and the same random numbers.
-The fitness with learning off is innate.
+The map of behavior shows the fitness of each agent without and with learning. For this comparison,
+each agent is simulated twice from birth, with the same food and the same random numbers. The
+fitness without learning is called innate.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ from baldwinlab.studies.assays.descent import (
     trace_fitter_parents,
 )
 
+# Number of items that each agent ate, [generation, agent].
 Counts = npt.NDArray[np.int32]
-# The number of generations before that of the agent.
+# A tree shows at most this number of generations before the generation of the agent.
 MAX_DEPTH: Final = 4
-# All ancestors of an agent at the largest depth.
+# The number of ancestors of an agent in the earliest generation of a tree, at most.
 MAX_AGENTS_PER_GENERATION: Final = 2**MAX_DEPTH
 
 
@@ -44,7 +45,7 @@ def load_lineage(lab: Lab, query: Query) -> dict[str, Any]:
 
 
 def _load_descent(lab: Lab, query: Query) -> tuple[int, int, Parents, Counts]:
-    """Return the generation and the number of an agent, and the history of its run."""
+    """Return the generation and the index of an agent, then the result of `load_history`."""
     life = life_query.find_life(lab, query)
     agent = read_number(query, "agent")
     life_query.require_agent(life.experiment, agent)
@@ -52,9 +53,9 @@ def _load_descent(lab: Lab, query: Query) -> tuple[int, int, Parents, Counts]:
 
 
 def load_fitness_curve(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return the best and the mean fitness in each generation of a stored run.
+    """Return `best` and `mean`, the fitness in each generation of a stored run [generation].
 
-    `measure` is the name of the fitness measure. Raise StudyError and ValueError as `find_life`.
+    The entry `measure` is the name of the values: "food eaten" or "fitness".
     """
     # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
@@ -74,8 +75,9 @@ def trace_ancestor_line(
 ) -> dict[str, Any]:
     """Return the line of an agent's fitter parents, back to the first recorded generation.
 
-    `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
-    agent].
+    `parents`: [generation, agent, 2]. Each list of the result begins with the generation `first`.
+    `agents` is the line, and `partners` the other parents. `ancestors` counts all ancestors, and
+    `mean` is the mean number of items of all agents.
     """
     # The functions of descent go back in time, and the lists of the page go forward.
     couples = trace_fitter_parents(parents, generation, agent)[::-1]
@@ -97,9 +99,9 @@ def trace_ancestor_line(
 
 
 def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
-    """Return the parents and the eaten items of a run, at least up to a lifetime.
+    """Return the parents [generation, agent, 2] and the eaten items [generation, agent] of a run.
 
-    The shapes are [generation, agent, 2] and [generation, agent].
+    Both contain at least the generations up to that of `life`.
     """
     experiment = life.experiment
     _, run, generation = life.key
@@ -115,16 +117,14 @@ def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
 
 
 def make_tree(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
-    """Return the lineage tree of an agent.
+    """Return the lineage tree of an agent: ancestors, siblings and children.
 
-    `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
-    agent].
+    `parents`: [generation, agent, 2]. The tree has these entries:
 
-    The tree has these entries:
-
-    - rows: for each generation, its number, its agents and what they ate. The agent is the
-      first one of its generation, and its siblings follow. They share a parent with it.
-    - links: the generation, the child and the parent of each link between the rows.
+    - rows: for each generation, its index, its agents, and the number of items that each agent
+      ate. The row of the agent begins with the agent. The siblings follow: agents that share a
+      parent with it.
+    - links: [generation of the child, child, parent] for each link between two rows.
     - omitted: the number of siblings and children that are left out.
     """
     ancestors = list_ancestors(parents, generation, agent)[: MAX_DEPTH + 1]
@@ -155,9 +155,11 @@ def make_tree(generation: int, agent: int, parents: Parents, eaten: Counts) -> d
 
 
 def _list_siblings(parents: Parents, agent: int) -> list[int]:
-    """Return the agents that share a parent with an agent; those that share both come first."""
+    """Return the agents that share a parent with an agent. Those with both parents come first."""
+    # A negative index means that an agent has no parent.
     if parents[agent].min() < 0:
         return []
+    # [agent]: number of shared parents, 0 to 2. The stable sort keeps the order of equal agents.
     n_shared = np.isin(parents, parents[agent]).sum(axis=1)
     n_shared[agent] = 0
     order = np.argsort(-n_shared, kind="stable")
@@ -165,15 +167,17 @@ def _list_siblings(parents: Parents, agent: int) -> list[int]:
     return siblings
 
 
-# The number of generations whose means are measured.
+# A request measures the means of at most this number of generations.
 MAX_GENERATIONS: Final = 21
+# One simulation without learning, and one with learning.
 SIMULATIONS_PER_GENERATION: Final = 2
 
+# The fitness of each agent, [agent].
 Energy = npt.NDArray[np.float64]
 
 
 def load_behavior(lab: Lab, query: Query) -> bytes:
-    """Return the fitness without and with learning as JSON: of agents, or of generations."""
+    """Return the fitness without and with learning as JSON: of agents, or means of generations."""
     life = find_life_of_any_model(lab, query)
     require_measurable(life.experiment)
     measure = measure_generations if query.get("of") == "generations" else measure_agents
@@ -204,7 +208,7 @@ def _estimate_work(experiment: BaseExperiment) -> int:
 
 
 def measure_agents(lab: Lab, query: Query, life: Life) -> dict[str, Any]:
-    """Return the fitness of each agent of a generation without (`innate`) and with learning."""
+    """Return the fitness of each agent of a generation: `agents`, `innate` and `learned`."""
     innate, learned = _simulate(life)
     return {
         "agents": list(range(len(innate))),
@@ -214,14 +218,16 @@ def measure_agents(lab: Lab, query: Query, life: Life) -> dict[str, Any]:
 
 
 def measure_generations(lab: Lab, query: Query, life: Life) -> dict[str, Any]:
-    """Return the means of equally spaced generations up to that of a lifetime, and their numbers.
+    """Return the mean fitness of some generations: `generations`, `innate` and `learned`.
 
-    A run that is not stored has the last generation only, because the others are not in memory.
+    The generations are equally spaced, up to the generation of `life`. A run that is neither stored
+    nor live has this generation only, because the earlier generations are not in memory.
     """
     last_generation = life.key.generation
     limit = min(MAX_GENERATIONS, MAX_GENERATION_WORK // _estimate_work(life.experiment))
     is_stored = "study" in query or "live" in query
     n_generations = min(limit, last_generation + 1) if is_stored else 1
+    # Several generations can round to the same one.
     generations = np.unique(
         np.linspace(last_generation if n_generations == 1 else 0, last_generation, n_generations)
         .round()
@@ -241,7 +247,7 @@ def _simulate(life: Life) -> tuple[Energy, Energy]:
     """Return the fitness [agent] without and with learning."""
     seed, run, generation = life.key
     genomes = life.load_start_data().genomes[None]
-    # Without a schedule, which could switch learning on again.
+    # `at` removes the schedule, because a change of the schedule could switch learning on again.
     innate_settings = life.experiment.at(generation).without_learning()
     innate, learned = (
         reevaluate(settings, seed, [run], generation, genomes).energy[0]

@@ -1,4 +1,4 @@
-"""The agent inspector: networks at each step, weight changes, parents and children."""
+"""The agent inspector: the networks of an agent in each step, its weights, and its relatives."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.studies.assays.descent import list_children
 
-# With more inputs, the container has no table of all input combinations.
+# With more inputs, the container has no table of all combinations of inputs.
 MAX_TABLE_INPUTS = 4
-# Samples of the weights over a lifetime, including birth and death.
+# Number of steps of a lifetime with recorded weights, including birth and death.
 MAX_WEIGHT_SAMPLES = 201
 MIN_WEIGHT_SAMPLES = 2
 # The indices of modules in a genome [module, weight].
 ACTION_MODULE = 0
 REINFORCEMENT_MODULE = 1
-# Upper limit of the size of action, eaten items and error in one step.
+# Upper limit of the size of the action, the eaten items and the error of one step.
 _BYTES_PER_STEP = 13
 _FLOAT32_BYTES = 4
 
@@ -80,18 +80,20 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
 
     The container (`binary_frames.pack`) has these arrays:
 
-    - sample_step: [sample], and weights: [sample, weight], the weights of the action module
-      before each sampled step. The last sample is at death.
+    - sample_step: [sample], the steps with recorded weights. The last one is the number of steps
+      of a lifetime, at death.
+    - weights: [sample, weight], the weights of the action module before each of these steps.
     - activations: [step, unit] of the action module, inputs first.
     - action: [step], the performed action. With noise, it can differ from the largest output.
     - responses: [sample, code], the action of the largest output for each combination of
       inputs. Bit k of the code is input k. Only for few inputs, none of them real-valued, and a
       network without memory.
     - eaten_in_life: [step], number of items eaten up to and including the step.
-    - teacher: [weight], and teacher_activations: [step, unit], of the reinforcement module.
+    - teacher: [weight], the weights of the reinforcement module, which does not learn.
+    - teacher_activations: [step, unit], the activations of the reinforcement module.
     - error: [step], the root mean square difference between the outputs of both modules. Only
       if the reinforcement module has one output per action.
-    - links: [link, (from unit, to unit, weight)], of a network without layers.
+    - links: [link, (from unit, to unit, weight)], of a network without layers at birth.
     """
     require_agent(life.experiment, agent)
     start = life.load_start_data()
@@ -122,11 +124,11 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
 def _find_subject(
     life: Life, start: StartData, agent: int
 ) -> tuple[Experiment, CpuBatch | SpeciesView, int]:
-    """Return the settings of an agent, the batch of its species, and its index in the batch."""
+    """Return the settings of an agent, the batch of its species, and its index in this batch."""
     seed, run, generation = life.key
     experiment = life.experiment.at(generation)
     if start.species is None:
-        # The batch has a single run.
+        # `[run]` and `[None]`: the batch has a single run.
         return (
             experiment,
             make_batch(experiment, seed, [run], generation, start.genomes[None]),
@@ -134,6 +136,7 @@ def _find_subject(
         )
     number = int(start.species[agent])
     batch = make_species_batch(experiment, seed, run, generation, start.genomes, start.species)
+    # The agents are in the order of their species.
     first_agent = int(np.searchsorted(start.species, number))
     return batch.members[number], batch.views()[number], agent - first_agent
 
@@ -141,7 +144,10 @@ def _find_subject(
 def _describe_success(
     life: Life, start: StartData, batch: CpuBatch | SpeciesView, agent: int
 ) -> dict[str, Any]:
-    """Return the relatives of an agent, and its rank in its species after a complete lifetime."""
+    """Return entries of the header: parents, teachers, children, rank, and the species if any.
+
+    `rank` is the rank by fitness in the species: 1 for the fittest agent, None without a fitness.
+    """
     generation = life.key.generation
     experiment = life.experiment.at(generation)
     if isinstance(batch, CpuBatch):
@@ -164,7 +170,7 @@ def _read_fitness(life: Life, start: StartData, batch: CpuBatch) -> npt.NDArray[
     """Return the fitness [agent] after a complete lifetime.
 
     A fitness that depends on the earlier generations of the run is read from the record of the run.
-    None: the run has no such record.
+    It is None if the run has no record of this generation.
     """
     generation = life.key.generation
     if not find_archive_fitness(life.experiment):
@@ -198,7 +204,7 @@ def _record_agent(
     Weights are recorded before a step, and all other variables after it.
     """
     sample_steps = _choose_sample_steps(experiment)
-    # A time is the number of simulated steps.
+    # A `Series` gets times. A time is the number of simulated steps.
     times_after_steps = range(span.first + 1, span.stop + 1)
     series = {
         "weights": Series("weights", sample_steps.tolist(), agent),
@@ -216,7 +222,7 @@ def _record_agent(
 
 
 def _choose_sample_steps(experiment: Experiment) -> npt.NDArray[np.uint32]:
-    """Return the steps before which the weights are recorded, as many as fit into a response."""
+    """Return equally spaced steps before which weights are recorded, to fill a response at most."""
     n_fitting_samples = MAX_RESPONSE_BYTES // (_FLOAT32_BYTES * experiment.weight_count)
     n_samples = min(MAX_WEIGHT_SAMPLES, max(MIN_WEIGHT_SAMPLES, n_fitting_samples))
     steps = np.linspace(0, experiment.lifetime.steps, n_samples)
@@ -229,10 +235,10 @@ def _add_module_activations(
     genome: Floats,
     arrays: dict[str, npt.NDArray[Any]],
 ) -> None:
-    """Add the activations of the modules that do not learn; `genome` is [module, weight].
+    """Add the entries of the reinforcement module to `arrays`, and missing activations.
 
     If the engine looks up the outputs of a module in a table, it does not compute hidden units.
-    In this case, the module is evaluated again.
+    In this case, the module is evaluated again. `genome`: weights at birth [module, weight].
     """
     inputs = arrays["activations"][:, : len(experiment.inputs)]
     lookup = choose_lookup(experiment)
@@ -245,7 +251,8 @@ def _add_module_activations(
     if "reinforcement" not in experiment.modules:
         return
     arrays["teacher"] = genome[REINFORCEMENT_MODULE]
-    # If a rule declares `answers`, the outputs of the reinforcement module are not actions.
+    # If a rule has `answers`, the outputs of the reinforcement module are not actions, so they
+    # cannot be compared with the outputs of the action module.
     has_same_outputs = not experiment.part("learning.rule").answers
     if has_same_outputs:
         # The last units of a module are its outputs.
@@ -265,8 +272,9 @@ def _make_response_table(
     # Bit k of a code is input k.
     shifted_codes = codes[:, None] >> np.arange(n_inputs)
     inputs = (shifted_codes & 1).astype(np.float32)
-    # Without learning, all samples have the same weights.
+    # Without learning, all samples have the same weights, which are then evaluated once.
     unique_weights, row_of_sample = np.unique(weights, axis=0, return_inverse=True)
+    # [row of unique weights, code, action]
     outputs = np.stack(
         [_evaluate_module(batch, row, inputs)[:, -n_actions:] for row in unique_weights]
     )
@@ -276,7 +284,7 @@ def _make_response_table(
 
 def _evaluate_module(batch: PopulationView, weights: Floats, inputs: Floats) -> Floats:
     """Return the activations [step, unit] of a module without memory, for inputs [step, input]."""
-    # Equal inputs are evaluated once. A lane is one combination of inputs.
+    # Equal inputs are evaluated once. Each lane of the hook `forward` is a combination of inputs.
     unique_inputs, lane_of_step = np.unique(inputs, axis=0, return_inverse=True)
     n_units = len(batch.state.activations)
     n_lanes, n_inputs = unique_inputs.shape
@@ -290,7 +298,7 @@ def _evaluate_module(batch: PopulationView, weights: Floats, inputs: Floats) -> 
 
 def _list_links(batch: PopulationView, weights: Floats) -> Floats:
     """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
-    # A row contains the two units and the weight of a link.
+    # [link, 3]: the two units and the weight. The hook `links` fills the first `n_links` rows.
     buffer = np.empty((len(weights), 3), np.float32)
     n_units = len(batch.state.activations)
     weights_of_one_lane = weights[:, None]
@@ -301,17 +309,19 @@ def _list_links(batch: PopulationView, weights: Floats) -> Floats:
 def _find_relatives(
     life: Life, start: StartData, fitness: npt.NDArray[np.float64] | None, agent: int
 ) -> dict[str, Any]:
-    """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
+    """Return an agent's `parents` (the fitter one first), `teachers` and `children`.
 
-    `fitness` [agent] determines which agents reproduce. The relatives are
-    unknown with births during life, and if the selection reads results of lifetimes.
+    `fitness` [agent] determines which agents reproduce. The relatives are unknown if agents are
+    born during a lifetime, and if the selection reads results of lifetimes. Unknown parents and
+    teachers are None, and unknown children an empty list.
     """
     experiment = life.experiment
     key = life.key
     parents = None
     teachers = None
     children = list[int]()
-    # The agents were selected with the settings of the previous generation.
+    # The settings that selected the agents, and those that select the children. Generation 0 has no
+    # previous generation.
     settings = [experiment.at(max(0, key.generation - 1)), experiment.at(key.generation)]
     if experiment.births_in_life or any(map(selects_by_lifetimes, settings)):
         return {"parents": parents, "teachers": teachers, "children": children}
@@ -330,7 +340,7 @@ def _find_parents(life: Life, start: StartData) -> Parents:
     if start.parents is not None:
         return np.asarray(start.parents.values[key.generation])
     assert start.fitness is not None
-    # The selection may depend on the genomes of the parents, not on those of the agents.
+    # The selection may depend on the genomes of the previous generation.
     genomes = recompute_genomes(life.experiment, key.previous(), start.fitness)
     fitness = start.fitness.values[key.generation - 1]
     _, (parent_pairs,) = make_generation(
@@ -342,9 +352,9 @@ def _find_parents(life: Life, start: StartData) -> Parents:
 def _find_parents_of_children(
     life: Life, start: StartData, fitness: npt.NDArray[np.float64]
 ) -> Parents:
-    """Return the parents [child, 2] in the next generation."""
+    """Return the parents [child, 2] of the next generation's agents."""
     child_generation = life.key.generation + 1
-    # An extended study may have a run without the next generation.
+    # A run that was stored before the study was extended has no record of the next generation.
     if start.parents is not None and child_generation < len(start.parents):
         return np.asarray(start.parents.values[child_generation])
     child_key = life.key._replace(generation=child_generation)
@@ -355,7 +365,7 @@ def _find_parents_of_children(
 
 
 def _read_pair(pairs: Parents | None, agent: int) -> list[int] | None:
-    """Return the two indices of an agent, or None if there are none."""
+    """Return the two entries of an agent in `pairs` [agent, 2], or None without such a pair."""
     # A negative index means that an agent has no parent.
     if pairs is None or pairs[agent].min() < 0:
         return None

@@ -1,4 +1,4 @@
-"""The lifetime that a request names, and the data that is needed to simulate it again."""
+"""The lifetime that a request names, and the data that a new simulation of this lifetime needs."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ MAX_RESPONSE_BYTES = 32 * 2**20
 
 
 class StartData(NamedTuple):
-    """The data that a lifetime starts with."""
+    """The data that a lifetime starts with, and the known history of its run."""
 
     genomes: Genome  # The genomes at birth [agent, module, weight].
-    # The fitness in all earlier generations [generation, agent]. That of a stored run also contains
-    # the later generations. None in generation 0.
+    # The fitness in all earlier generations [generation, agent], and in later generations if they
+    # are known. None in generation 0 of a preset without species.
     fitness: xr.DataArray | None
-    # The parents in all generations of a stored run [generation, agent, parent]. None for a run
-    # that is not stored, unless it has species.
+    # The parents in all known generations [generation, agent, parent]. None for a live run or a
+    # preset without species.
     parents: xr.DataArray | None = None
     # The species of each agent [agent]. None without species.
     species: SpeciesIndices | None = None
@@ -47,7 +47,7 @@ class Life(NamedTuple):
 
     experiment: Experiment
     key: GenerationKey  # Seed, run and generation.
-    # Reads or computes the data that the lifetime starts with.
+    # Reads or computes the start data, which can take seconds.
     load_start_data: Callable[[], StartData]
 
 
@@ -58,7 +58,7 @@ class Span(NamedTuple):
     stop: int
 
     def make_header(self) -> dict[str, int]:
-        """Return the entries of the header of a container."""
+        """Return the entries for the header of a container. `last` is `stop`."""
         return {"first": self.first, "last": self.stop}
 
 
@@ -92,13 +92,12 @@ def read_span(query: Query, n_steps: int, bytes_per_step: int) -> Span:
 
 
 def find_life(lab: Lab, query: Query) -> Life:
-    """Return the lifetime that a query names.
+    """Return the lifetime that a query names. Raise MissingError for a model without a world.
 
-    Its parameters are `run`, `generation`, and either `study` and `condition`, or `live`, or
-    `preset` and `seed`.
+    The parameters of the query are `run`, `generation`, and either `study` and `condition`, or
+    `live`, or `preset` and `seed`.
     """
     life = find_life_of_any_model(lab, query)
-    # A query can name any model, but the type of `Life` allows only models with a world.
     if not isinstance(life.experiment, Experiment):
         raise MissingError(
             f"{life.experiment.name} has no world to show: its model is {life.experiment.model}"
@@ -126,7 +125,7 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
 
 
 def find_life_of_any_model(lab: Lab, query: Query) -> Life:
-    """Return the lifetime that a query names, as `find_life`. Its model may have no world."""
+    """Return the lifetime that a query names, as `find_life`. The model may have no world."""
     generation = read_number(query, "generation")
     if "study" in query:
         return _find_stored_life(lab, query, generation)
@@ -172,7 +171,7 @@ def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
 def _make_recomputed_life(
     experiment: Experiment, key: GenerationKey, load_fitness: Callable[[], xr.DataArray | None]
 ) -> Life:
-    """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
+    """Return a lifetime. Its start data computes the genomes from the fitness of earlier ones."""
     require_generation(experiment, key.generation)
 
     def load_start_data() -> StartData:
@@ -184,8 +183,9 @@ def _make_recomputed_life(
 
 
 def simulate_until(experiment: Experiment, key: GenerationKey) -> History:
-    """Simulate a run up to and including a generation, with as few saved genomes as possible."""
+    """Simulate a run up to and including a generation."""
     n_generations = key.generation + 1
+    # `genome_every`: the history saves only the genomes of the first and the last generation.
     shortened = experiment.replace(
         evolution={"generations": n_generations}, record={"genome_every": n_generations}
     )
@@ -194,14 +194,14 @@ def simulate_until(experiment: Experiment, key: GenerationKey) -> History:
 
 
 def simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
-    """Simulate a run with species up to a generation, and return the data that it starts with."""
+    """Simulate a run with species up to a generation, and return the generation's start data."""
     history = simulate_until(experiment, key)
     require_simulated(experiment, key.run, key.generation, history.n_generations)
     return _read_history(history, key.generation, history.last_genome)
 
 
 def _read_history(history: History, generation: int, genomes: Genome) -> StartData:
-    """Return the data that a generation of a run with species starts with."""
+    """Return the start data of a generation of a run with species."""
     return StartData(
         genomes,
         fitness=xr.DataArray(history.energy, dims=("generation", "agent")),

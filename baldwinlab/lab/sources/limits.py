@@ -1,6 +1,6 @@
 """Limits of live runs and of comparisons from the page.
 
-They are lower than those of `baldwinlab run` and `baldwinlab sweep`, because a user waits.
+`baldwinlab run` and `baldwinlab sweep` accept larger studies, because no user waits at a page.
 """
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ MAX_RUNS: Final = 50
 MAX_GENERATIONS: Final = 10_000
 # Memory of one live run.
 MAX_RUN_BYTES: Final = 500_000_000
-# Weights x agent-steps of one generation, which takes some seconds.
+# Agent-steps x weights of one generation. A generation with this work takes some seconds.
 MAX_GENERATION_WORK: Final = 20_000_000_000
+# Number of food items in all runs.
 MAX_FOOD_ITEMS: Final = 500_000
-# Agent-steps x (weights + visible items) between two checks for commands. It takes less than a
-# second.
+# Agent-steps x (weights + visible items) between two checks for commands of a page. This work
+# takes less than a second.
 MAX_UNINTERRUPTED_WORK: Final = 30_000_000
 # Size of the fitness, the parents and the eaten items of one agent.
 BYTES_PER_AGENT: Final = 32
 FLOAT32_BYTES: Final = 4
-# Runs of all conditions.
+# Number of runs of all conditions together.
 MAX_COMPARISON_RUNS: Final = 1_000
-# Weights x agent-steps of all runs, which take up to an hour.
+# Agent-steps x weights of all runs. Runs with this work take up to an hour.
 MAX_COMPARISON_WORK: Final = 1_000_000_000_000
 MAX_COMPARISON_DISK_BYTES: Final = 1_000_000_000
-# The number of generations whose genomes are in memory during simulation and reproduction.
+# Simulation and reproduction need the memory of this many copies of a generation's genomes.
 GENERATIONS_IN_USE: Final = 5
 
 
@@ -48,13 +49,14 @@ def count_uninterrupted_steps(experiment: Experiment, n_runs: int) -> int:
 
 
 def _estimate_step_work(experiment: Experiment, n_runs: int) -> int:
+    """Return agents x (weights + visible items) of one step of all runs."""
     work_per_agent = experiment.weight_count + estimate_scanned_items(experiment)
     n_agents = experiment.population.size * experiment.lifetime.repeats
     return n_runs * n_agents * work_per_agent
 
 
 def check_size(experiment: BaseExperiment, n_runs: int) -> None:
-    """Raise ValueError if a live run would be too large."""
+    """Raise ValueError if a live run would exceed a limit."""
     if not 1 <= n_runs <= MAX_RUNS:
         raise ValueError(
             f"runs = {n_runs} must be at least 1 and at most {MAX_RUNS} for a live run"

@@ -1,4 +1,7 @@
-"""Live runs: started, watched, paused and stopped from the page, and saved as studies."""
+"""The live runs of a server, and the requests that start, list, stop, remove and save a live run.
+
+`live_run.py` simulates a live run. `server/responses.py` sends the progress to the pages.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,14 @@ from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 
-# Running or paused live runs.
+# Number of running or paused live runs.
 MAX_ACTIVE_RUNS: Final = 4
-# Live runs, including ended ones.
+# Number of live runs, including ended ones.
 MAX_STORED_RUNS: Final = 20
 # Memory of all live runs, including ended ones.
 MAX_TOTAL_BYTES: Final = 1_000_000_000
 MAX_NAME_LENGTH: Final = 100
+# For example "evo/long+drift". The list of studies skips folders that are called `runs`.
 STUDY_NAME_PATTERN: Final = re.compile(
     r"(?!(.*/)?runs(/|$))[A-Za-z0-9][A-Za-z0-9+_-]*(/[A-Za-z0-9][A-Za-z0-9+_-]*)*"
 )
@@ -38,7 +42,8 @@ STUDY_NAME_PATTERN: Final = re.compile(
 class Live:
     """The live runs of one server.
 
-    Runs continue without a page. An ended run stays until a new run needs its place or memory.
+    A live run continues when no page watches it. An ended live run stays in memory until a page
+    removes it, or until a new live run needs space.
     """
 
     def __init__(self) -> None:
@@ -52,7 +57,7 @@ class Live:
         n_runs: int,
         seconds_per_generation: float = 0.0,
     ) -> LiveRun:
-        """Start a live run. The parameters are those of `LiveRun`."""
+        """Start a live run with the parameters of `LiveRun`. Raise ValueError at a limit."""
         check_seed(seed)
         check_size(experiment, n_runs)
         with self._lock:
@@ -68,16 +73,18 @@ class Live:
         return run
 
     def _make_room(self, required_bytes: int) -> None:
-        """Remove ended runs that no page watches, until a new run has a place and memory.
+        """Remove ended live runs that no page watches, until a new live run has enough memory.
 
-        Saved runs are removed first, and then the oldest ones.
+        Saved live runs are removed first, and then the oldest live runs. Raise ValueError if the
+        new live run still exceeds a limit.
         """
         used_bytes = sum(run.memory_bytes for run in self._runs.values())
         excess_bytes = used_bytes + required_bytes - MAX_TOTAL_BYTES
         excess_runs = len(self._runs) + 1 - MAX_STORED_RUNS
         removable = [run for run in self._runs.values() if run.has_ended and not run.n_watchers]
         runs_to_remove = []
-        # The runs are in the order of their start.
+        # False is less than True, so saved live runs come first. The stable sort keeps the order of
+        # starts, which is the order of the dictionary.
         for run in sorted(removable, key=lambda run: not run.saved_as):
             if excess_bytes > 0 or excess_runs > 0:
                 runs_to_remove.append(run)
@@ -98,7 +105,7 @@ class Live:
             del self._runs[run.id]
 
     def list_runs(self) -> list[LiveRun]:
-        """Return all live runs."""
+        """Return all live runs, in the order of their start."""
         with self._lock:
             return list(self._runs.values())
 
@@ -113,7 +120,7 @@ class Live:
 
     @contextmanager
     def watch(self, id: str) -> Iterator[LiveRun]:
-        """Count a watching page while the context is open. Raise MissingError as `find_run`."""
+        """Count one more watching page while the context is open. Raise as `find_run`."""
         with self._lock:
             run = self.find_run(id)
             run.n_watchers += 1
@@ -124,9 +131,9 @@ class Live:
                 run.n_watchers -= 1
 
     def save(self, id: str, root: Path, name: str) -> None:
-        """Save a live run as a study in `root`.
+        """Save an ended live run as a study called `name` in `root`.
 
-        The study equals that of `baldwinlab run` with the finished number of generations.
+        The study equals one of `baldwinlab run` with the finished number of generations.
         """
         run = self.find_run(id)
         records = run.make_records()
@@ -139,12 +146,12 @@ class Live:
         run.saved_as = name
 
     def close(self) -> None:
-        """Stop all runs."""
+        """Stop all live runs."""
         for run in self.list_runs():
             run.stop()
 
     def remove(self, id: str) -> None:
-        """Stop and remove a run. Raise MissingError as `find_run`."""
+        """Stop and remove a live run. Raise MissingError if it does not exist."""
         with self._lock:
             run = self.find_run(id)
             del self._runs[id]
@@ -156,7 +163,7 @@ class Live:
 
 
 def choose_study_directory(root: Path, name: str) -> Path:
-    """Return the directory of a new study."""
+    """Return the directory of a new study in `root`. Raise StudyError for an unusable name."""
     if len(name) > MAX_NAME_LENGTH or not STUDY_NAME_PATTERN.fullmatch(name):
         raise StudyError(
             f"{name!r} is not a valid name of a study: use letters, digits, + - _ and / between"
@@ -173,7 +180,7 @@ def choose_study_directory(root: Path, name: str) -> Path:
 
 
 def summarize_run(run: LiveRun) -> dict[str, Any]:
-    """Return the data with which a page shows a live run."""
+    """Return the settings and the state of a live run, which the page shows."""
     return {
         "id": run.id,
         "experiment": run.experiment.to_dict(),
@@ -194,7 +201,7 @@ def summarize_run(run: LiveRun) -> dict[str, Any]:
 
 
 def start_run(lab: Lab, body: dict[str, Any]) -> dict[str, str]:
-    """Start the live run of a request, and return its id."""
+    """Start a live run. The response is {"id": "1f0c9d2a"}."""
     n_runs = read_body_number(body, "runs", 1)
     seed = read_body_number(body, "seed", 0)
     experiment = validate(body.get("experiment", {}))
@@ -203,7 +210,7 @@ def start_run(lab: Lab, body: dict[str, Any]) -> dict[str, str]:
 
 
 def describe_runs(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return all live runs, and their limits."""
+    """Return the summaries of all live runs, and the limits of their number and memory."""
     limits = {"runs": MAX_STORED_RUNS, "active": MAX_ACTIVE_RUNS, "bytes": MAX_TOTAL_BYTES}
     return {"runs": [summarize_run(run) for run in lab.live.list_runs()], "limits": limits}
 
@@ -221,7 +228,7 @@ def remove_run(lab: Lab, query: Query) -> dict[str, Any]:
 
 
 def save_run(lab: Lab, body: dict[str, Any]) -> dict[str, str]:
-    """Save a live run as a study, and return the name of the study."""
+    """Save a live run as a study. The response is {"study": NAME}."""
     name = str(body.get("name", ""))
     lab.live.save(body["id"], lab.root, name)
     return {"study": name}

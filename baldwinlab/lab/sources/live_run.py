@@ -1,6 +1,7 @@
 """A live run: several runs of one experiment, simulated on a thread while pages watch.
 
-All runs advance together, so they always have the same number of finished generations.
+All runs advance together, generation by generation. A run that the part `evolution.stop` has ended
+has fewer generations than the other runs. `live.py` starts, lists and saves live runs.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.records import StudyError
 
+# The longest duration that a page can request for a generation.
 MAX_SECONDS_PER_GENERATION: Final = 60.0
-# Characters of the id of a live run.
+# Number of characters of the id of a live run.
 ID_LENGTH: Final = 8
 
 
 class Interruption:
-    """Calls `check` every few steps of a batch. The results are bit-identical."""
+    """Mixin of a batch that calls `check` every few steps. The results stay bit-identical."""
 
     def __init__(
         self,
@@ -45,7 +47,8 @@ class Interruption:
         runs: Sequence[int],
         *sizes: Sequence[int],
     ) -> None:
-        """The arguments after `check` are those of the batch."""
+        """Make the batch. `sizes` has the number of agents of each species, or is empty."""
+        # `super()` is the batch: the second base class of the two classes below.
         super().__init__(experiment, seed, runs, *sizes)  # type: ignore[call-arg]
         self._check = check
         self._max_uninterrupted_steps = count_uninterrupted_steps(experiment, n_runs=len(runs))
@@ -67,14 +70,14 @@ class InterruptibleSpeciesBatch(Interruption, SpeciesBatch):
 
 
 class LiveRun:
-    """Several runs of one experiment. They start on their own thread when the object is created.
+    """Several runs of one experiment. Creating the object starts the runs, on a new thread.
 
     - `seconds_per_generation`: the minimum duration of a generation. 0 simulates as fast as
       possible.
-    - `memory_bytes`: the memory that the run uses when it ends.
-    - `message`: the error if the run failed.
-    - `saved_as`: the study that the run was last saved as.
-    - `n_watchers`: the number of pages that watch the run.
+    - `memory_bytes`: an upper estimate of the memory of all runs after their last generation.
+    - `message`: the error if the live run failed, else "".
+    - `saved_as`: the name of the study to which the live run was last saved, else "".
+    - `n_watchers`: the number of pages that watch the live run.
     """
 
     def __init__(
@@ -94,14 +97,15 @@ class LiveRun:
         self.saved_as = ""
         self.n_watchers = 0
         self._histories: Sequence[History] = ()
-        # [generation][run], only with species, because their genomes cannot be computed again.
+        # [generation][run], only with species: their genomes cannot be computed from the fitness.
         self._genomes: list[list[Genome]] = []
         self._is_compiled = False
         self._end_state = ""
         self._is_stopping = False
+        # Set unless the live run is paused.
         self._running = threading.Event()
         self._running.set()
-        # Ends the wait between two generations.
+        # Set by a new pace and by `stop`, to end the wait between two generations early.
         self._wake_up = threading.Event()
         self._generation_start = time.monotonic()
         self._thread = threading.Thread(target=self._simulate, name=f"live {self.id}", daemon=True)
@@ -109,7 +113,7 @@ class LiveRun:
 
     @property
     def state(self) -> str:
-        """Return preparing, running, paused, done, stopped or failed."""
+        """Return "preparing", "running", "paused", "done", "stopped" or "failed"."""
         if self._end_state:
             return self._end_state
         if not self._running.is_set():
@@ -118,39 +122,41 @@ class LiveRun:
 
     @property
     def has_ended(self) -> bool:
-        """Return whether the run is done, stopped or failed."""
+        """Return whether the live run is done, stopped or failed."""
         return bool(self._end_state)
 
     @property
     def generations_done(self) -> int:
-        """Return the number of generations that are finished in every run."""
-        # A run that stopped has fewer generations than the others.
+        """Return the number of finished generations of the longest run."""
+        # Other runs can be shorter, because a stop part has ended them.
         return max((history.n_generations for history in self._histories), default=0)
 
     def pause(self) -> None:
-        """Pause the run within a lifetime. Has no effect after `stop`."""
+        """Pause all runs within a few steps, not only at the end of a lifetime."""
+        # After `stop`, a wait would never end.
         if not self._is_stopping:
             self._running.clear()
 
     def resume(self) -> None:
-        """Continue a paused run."""
+        """Continue the paused runs."""
         self._running.set()
 
     def stop(self) -> None:
-        """Stop the run. Its finished generations can still be shown and saved."""
+        """Stop all runs. Pages can still show and save the finished generations."""
         self._is_stopping = True
+        # The thread can wait for the end of a pause, or for the start of the next generation.
         self._running.set()
         self._wake_up.set()
 
     def wait(self) -> None:
-        """Wait until the run has ended."""
+        """Wait until all runs have ended."""
         self._thread.join()
 
     def handle_command(self, command: Any) -> None:
-        """Execute a command of a page.
+        """Execute a command of a page. Raise ValueError for an unknown command.
 
         A command is {"command": "pause"}, {"command": "resume"}, {"command": "stop"} or
-        {"command": "pace", "seconds": 0.1}. Raise ValueError for another command.
+        {"command": "pace", "seconds": 0.1}. The seconds are the new `seconds_per_generation`.
         """
         name = command.get("command") if isinstance(command, dict) else None
         if name == "pace":
@@ -166,10 +172,11 @@ class LiveRun:
     def compute_measures(self, first: int, stop: int) -> dict[str, dict[str, list[Any]]]:
         """Return fitness measures of the generations from `first` up to, but not including, `stop`.
 
-        Returns for each measure (best, mean, share, and those of each species): `mean` over runs
-        [generation]. With several runs also `low` and `high`, the 95 % interval of the mean
-        [generation], and `runs`, the values of all runs [generation, run]. A run that stopped keeps
-        the values of its last generation.
+        Returns an entry for each of the measures `best`, `mean` and `share` (the fraction of agents
+        that eat), and for each curve of each species, such as `mean:predators`. An entry contains
+        `mean`, the mean over runs [generation]. With several runs, it also contains `low` and
+        `high`, the 95 % interval of the mean [generation], and `runs`, the values of all runs
+        [generation, run]. A run that ended early repeats the values of its last generation.
         """
         # This import takes time.
         from baldwinlab.analysis.statistics.fitness import MEASURES
@@ -205,7 +212,7 @@ class LiveRun:
     def _read_variables(
         self, names: Sequence[str], generations: npt.NDArray[np.int64]
     ) -> xr.Dataset:
-        """Return recorded variables of all runs, [run, generation, agent]."""
+        """Return recorded variables of all runs, each [run, generation, agent]."""
         values_by_name = {
             name: [
                 _take_until_last(
@@ -222,7 +229,7 @@ class LiveRun:
         )
 
     def _summarize_runs(self, values: xr.DataArray) -> dict[str, list[Any]]:
-        """Return the mean of a measure [run, generation] over runs, and its interval."""
+        """Return the entry that `compute_measures` returns for one measure [run, generation]."""
         # This import takes time.
         from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
@@ -234,7 +241,7 @@ class LiveRun:
         return {curve: _to_list(array) for curve, array in curves.items()}
 
     def read_fitness(self, run: int, generation: int) -> xr.DataArray:
-        """Return the fitness of all finished generations of a run [generation, agent]."""
+        """Return the fitness of a run [generation, agent]. See `find_history` for the error."""
         fitness = self.find_history(run, generation).energy
         return xr.DataArray(fitness, dims=("generation", "agent"))
 
@@ -244,10 +251,10 @@ class LiveRun:
         return self._genomes[generation][run]
 
     def find_history(self, run: int, generation: int) -> History:
-        """Return the history of one run."""
+        """Return the history of one run. Raise ValueError if it has not finished `generation`."""
         if not 0 <= run < self.n_runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.n_runs}")
-        # No history exists before the first generation is finished.
+        # `_histories` is empty until the first generation is finished.
         n_done = self._histories[run].n_generations if self._histories else 0
         if not 0 <= generation < n_done:
             raise ValueError(
@@ -257,7 +264,7 @@ class LiveRun:
         return self._histories[run]
 
     def make_records(self) -> list[xr.Dataset]:
-        """Return the records of all runs, as a study stores them."""
+        """Return the records of all runs for a study. Raise StudyError unless all have ended."""
         if self._end_state not in ("done", "stopped"):
             raise StudyError(
                 f"the live run {self.id} is {self.state}; only a run that is done or stopped can"
@@ -286,19 +293,19 @@ class LiveRun:
         except StoppedError:
             self._end_state = "stopped"
         except Exception as error:
-            # Watching pages must show any error.
+            # An error on this thread reaches no caller, so the pages show the message.
             self.message = f"the live run failed: {error or type(error).__name__}"
             self._end_state = "failed"
 
     def _finish_generation(self, histories: Sequence[History]) -> None:
-        """Store the histories, and wait until the next generation may start."""
+        """Store the histories of all runs, and wait until the next generation may start."""
         if self.experiment.population.species:
             self._genomes.append([history.last_genome for history in histories])
         self._histories = histories
         if self.generations_done == self.experiment.evolution.generations:
             return
         while not self._is_stopping:
-            # A command can change the pace, so the end is computed after each wake-up.
+            # A command can change the pace, so each pass of the loop computes the end again.
             generation_end = self._generation_start + self.seconds_per_generation
             seconds_left = generation_end - time.monotonic()
             if seconds_left <= 0:
@@ -309,19 +316,19 @@ class LiveRun:
         self._generation_start = time.monotonic()
 
     def _check_commands(self) -> None:
-        """Wait while the run is paused. Raise StoppedError if it was stopped."""
+        """Wait while the runs are paused. Raise StoppedError if a page has stopped them."""
         self._running.wait()
         if self._is_stopping:
             raise StoppedError
 
 
 def _take_until_last(values: npt.NDArray[Any], generations: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return the values of generations; those of the last one if a run stopped before."""
+    """Return rows of `values` [generation, agent]. The last row replaces the rows after it."""
     return np.asarray(values[np.minimum(generations, len(values) - 1)])
 
 
 def _to_list(array: xr.DataArray) -> list[Any]:
-    """Return the values as a list, with None for the fitness of a species without agents."""
+    """Return a nested list for JSON. None replaces NaN, the fitness of a species without agents."""
     values = array.values.astype(object)
     values[~np.isfinite(array.values)] = None
     nested_list: list[Any] = values.tolist()
@@ -331,6 +338,7 @@ def _to_list(array: xr.DataArray) -> list[Any]:
 def read_seconds(command: dict[str, Any]) -> float:
     """Return the seconds per generation of a request. Raise ValueError for an invalid number."""
     seconds = command.get("seconds", 0)
+    # Python counts True and False as integers.
     is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
     if not is_number or not 0 <= seconds <= MAX_SECONDS_PER_GENERATION:
         raise ValueError(

@@ -12,13 +12,13 @@ from baldwinlab.parts import View
 
 
 def read_alleles(experiment: BaseExperiment) -> Mapping[str, float]:
-    """Return the alleles that the model declares. They are empty if the model is not loaded."""
+    """Return the value of each allele of the model by name; {} if the model is not loaded."""
     model = experiment.loaded_model
     return model.alleles if model else {}
 
 
 def read_views(experiment: BaseExperiment) -> Mapping[str, View]:
-    """Return the views that the model declares. They are empty if the model is not loaded."""
+    """Return each view of the model by name; {} if the model is not loaded."""
     model = experiment.loaded_model
     return model.views if model else {}
 
@@ -36,10 +36,10 @@ def is_viewable(experiment: BaseExperiment) -> bool:
 
 
 def describe_species(experiment: BaseExperiment) -> dict[str, Any]:
-    """Return the entry `species` of a header; an empty dict without species.
+    """Return {"species": [ENTRY, ...]} for the header of a container; {} without species.
 
-    Each species has its name, color and shape. In a model with a world, it also has its actions,
-    and the indices of its inputs in the appearance of the world.
+    An entry has `name`, `color` and `shape`. In a model with a world, an entry also has `actions`,
+    and `inputs`: the index of each input of the species in `appearance.inputs` of the world.
     """
     if not experiment.population.species:
         return {}

@@ -1,4 +1,4 @@
-"""The papers and their studies, for the cards of the Papers tab."""
+"""The cards of the Papers tab: the papers, their claims, and the studies that test the claims."""
 
 from __future__ import annotations
 
@@ -21,15 +21,18 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.status import CLAIMS_FILE, read_claims
 from baldwinlab.studies.store import StudyStore
 
-# The number of runs in the form of a live run at opening.
+# The number of runs in the form of a live run when the page opens it.
 DEFAULT_LIVE_RUNS: Final = 5
 
-# Studies by the name that the page shows.
+# Each study by its path in the served folder, which is the name on the page.
 Studies = dict[str, StudyStore]
 
 
 def list_cards(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return the cards of all papers, and a problem if there is no paper of the requested name."""
+    """Return {"papers": [CARD, ...], "problem": MESSAGE or None}.
+
+    The problem is that the query names a paper that does not exist.
+    """
     paper_studies = _find_paper_studies(lab)
     paper_by_name = _load_papers(lab, paper_studies)
     name = query.get("paper")
@@ -45,7 +48,7 @@ def find_picture(lab: Lab, query: Query) -> Path:
     name = read_text(query, "paper")
     paper_by_name = papers.built_in()
     if name not in paper_by_name:
-        # Only users' papers need a look at all studies.
+        # The files of users' papers are in studies. Opening all studies takes time.
         paper_by_name = _load_papers(lab, _find_paper_studies(lab))
     if name not in paper_by_name:
         raise MissingError(_format_unknown_paper(name, paper_by_name))
@@ -60,12 +63,11 @@ def _format_unknown_paper(name: str, paper_names: Collection[str]) -> str:
 
 
 def _find_paper_studies(lab: Lab) -> Studies:
-    """Return the readable studies of papers."""
     return {name: study for name, study in _find_readable_studies(lab) if study.paper}
 
 
 def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
-    """Yield all readable studies. The list of studies reports the errors of unreadable ones."""
+    """Yield name and study of each readable study. `studies.list_studies` has the errors."""
     for name in studies.list_study_names(lab.root):
         try:
             yield name, studies.find_study(lab, name)
@@ -74,22 +76,21 @@ def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
 
 
 def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
-    """Return the built-in papers and the users' papers that studies contain, by name."""
+    """Return the built-in papers, and the users' papers that studies contain, by name."""
     paper_by_name = dict(papers.built_in())
     for study in paper_studies.values():
         if study.paper not in paper_by_name:
-            # The results of a study remain available if its paper cannot be read.
+            # A paper that cannot be read has no card, but the page still shows the study.
             with suppress(StudyError, PaperError):
                 paper_by_name[study.paper] = _load_stored_paper(lab, study)
     return paper_by_name
 
 
 def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
-    """Return the user's paper that a study contains."""
     paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         studies.require_inside(lab.root, path)
-    # Reading the claims and the card checks them. The paper caches them.
+    # The caller suppresses errors in these cached properties, so they are read here.
     paper.claims  # noqa: B018
     paper.card  # noqa: B018
     return paper
@@ -138,14 +139,14 @@ def _summarize_study(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
 
 
 def _choose_live_preset(paper: Paper) -> str | None:
-    """Return the preset that the button "Run live" starts for a paper.
+    """Return the preset that the button "Run live" starts for a paper, such as "evo+self-taught/A".
 
     The candidates are the condition of the paper's main figure and then all conditions, in order.
     The result is the first candidate that learns, or the first candidate if none learns. A name
     that two papers use belongs to the earlier paper. The result is None for users' papers, because
-    the Live run tab does not list their conditions.
+    the Live run tab does not list the conditions of users' papers.
     """
-    # The papers are reversed, because an entry replaces those of later papers.
+    # A dictionary keeps the last value of a key. The first paper is therefore the last one here.
     owner_by_condition = {
         condition: built_in_paper.name
         for built_in_paper in reversed(papers.built_in().values())
@@ -160,7 +161,7 @@ def _choose_live_preset(paper: Paper) -> str | None:
 
 
 def _count_live_runs(experiment: BaseExperiment) -> int:
-    """Return the number of runs that a live run can have, at most `DEFAULT_LIVE_RUNS`."""
+    """Return the largest allowed number of runs in a live run, at most `DEFAULT_LIVE_RUNS`."""
     for n_runs in range(DEFAULT_LIVE_RUNS, 1, -1):
         with suppress(ValueError):
             check_size(experiment, n_runs)
@@ -169,17 +170,19 @@ def _count_live_runs(experiment: BaseExperiment) -> int:
 
 
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, int]], str | None]:
-    """Return the number of claims by kind and verdict, or an error if the claims are not valid."""
+    """Return the number of claims by kind and verdict, and an error if the claims are not valid.
+
+    For example ({"claims of the paper": {"holds": 3}}, None). Older files have the kind "".
+    """
     try:
         studies.require_inside(lab.root, study.directory / CLAIMS_FILE)
-        # Older files have no kind.
         counts = Counter((claim.get("kind", ""), claim["verdict"]) for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)
     # This import of SciPy's statistics takes time.
     from baldwinlab.analysis.results.verdicts import VERDICTS
 
-    # The page shows kinds and verdicts in this order.
+    # The plural name of each kind. The page shows kinds and verdicts in the order of the result.
     names_by_kind = {"": ""} | {kind: plural for kind, (_, plural) in KINDS.items()}
     ordered_counts: dict[str, dict[str, int]] = {
         name: {verdict: counts[kind, verdict] for verdict in VERDICTS if counts[kind, verdict]}

@@ -1,4 +1,4 @@
-"""The presets of a lab: the presets of all papers, and the defaults of third-party models."""
+"""The presets of a lab: the presets of all papers, and each custom model with its defaults."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from baldwinlab.experiment.conditions import Factors
 from baldwinlab.lab import Lab, MissingError, Query, read_text
 from baldwinlab.papers import presets
 
+# A thread that loads the presets holds this lock, so that two threads do not load them twice.
 _LOADING = Lock()
 
 
@@ -24,7 +25,7 @@ def read_preset(lab: Lab, query: Query) -> dict[str, Any]:
 
 
 def choose_default_preset() -> str:
-    """Return the preset of the first live run: the main condition of the first paper, first map."""
+    """Return the preset that the form shows first: the first paper's main condition and map."""
     paper = papers.load()
     learner = paper.factors()[paper.metadata.emergence].learner
     first_map = paper.names("maps")[0]
@@ -33,12 +34,15 @@ def choose_default_preset() -> str:
 
 @cache
 def _list_paper_presets(names: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Return the presets of all papers, which have these names. Loading them takes seconds."""
+    """Return the entries of the papers' presets for the page. Loading the presets takes seconds.
+
+    `names`: the names of all of these presets, as the key of the cache.
+    """
     factors_by_name = presets.factors()
     main_condition = papers.load().metadata.emergence
     titles = {
         name: f"{paper.metadata.authors[0]}, {paper.metadata.year}"
-        # The first paper has the names that several papers use.
+        # A name that several papers use keeps the last value, here that of the first paper.
         for paper in reversed(papers.built_in().values())
         for name in paper.experiment_names()
     }
@@ -62,7 +66,7 @@ def _list_paper_presets(names: tuple[str, ...]) -> list[dict[str, Any]]:
 
 
 def list_presets() -> list[dict[str, Any]]:
-    """Return the presets of all papers, and all third-party models with their defaults."""
+    """Return the presets of all papers, then all custom models with their defaults."""
     custom_models = [
         (name, part) for (kind, name), part in registry.custom_parts().items() if kind == "model"
     ]
@@ -77,7 +81,7 @@ def list_presets() -> list[dict[str, Any]]:
         }
         for name, part in custom_models
     ]
-    # A request waits for the preload instead of loading the presets again.
+    # `baldwinlab lab` loads the presets on another thread. A request then waits for that thread.
     with _LOADING:
         presets_of_papers = _list_paper_presets(tuple(presets.factors()))
     return presets_of_papers + presets_of_models
@@ -107,7 +111,7 @@ def _describe_recording_size(experiment: BaseExperiment) -> dict[str, int] | Non
 def load_preset(name: str) -> Experiment:
     """Return a listed preset. Raise MissingError for another name.
 
-    `presets.load` would also read a file of this name.
+    `presets.load` alone would also read an experiment file of this name.
     """
     preset_names = [preset["name"] for preset in list_presets()]
     if name not in preset_names:

@@ -27,7 +27,7 @@ from baldwinlab.simulation.recorder import (
 )
 from baldwinlab.simulation.reevaluation import make_batch
 
-# Size of a recorded step, without inputs: x and y, heading, action, items eaten, teacher.
+# Size of x and y, heading, action, eaten items and teacher of one agent in one step.
 BYTES_PER_AGENT_STEP = 16
 _BITS_PER_BYTE = 8
 _FLOAT32_BYTES = 4
@@ -62,16 +62,17 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
     - x, y: float32 [step, agent].
     - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
       circle.
-    - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
-      if the input is above 0. If an input is real-valued: float32 [step, agent * input].
-    - action: [step, agent], an index of header.appearance.actions.
+    - sensor: [step, agent * byte], the inputs as bits, eight inputs per byte, lowest bit first. A
+      bit is 1 if the input is above 0. If an input is real-valued: float32 [step, agent * input].
+    - action: [step, agent], an index into header.appearance.actions.
     - eaten_in_life: [step, agent], number of items eaten up to and including the step.
-    - teacher: [step, agent], only for rules that learn from others. The index of the agent
-      that this agent learns from. It is the agent's own index if there is no teacher.
+    - teacher: [step, agent], only for rules that learn from others. The index of the teacher,
+      or the agent's own index if there is no teacher.
     - species: [agent], only with several species. The index of the species in header.species.
-      The position of a dead agent is then NaN.
+      With species, x and y of a dead agent are NaN.
     - item_x, item_y: [item], at the first step.
-    - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
+    - move_step, move_item, move_x, move_y: [move]. From the step move_step, the item move_item has
+      the position (move_x, move_y).
     """
     experiment = life.experiment.at(life.key.generation)
     arrays = _record_arrays(life, span)
@@ -82,7 +83,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         **life.key._asdict(),
         **span.make_header(),
         "steps": experiment.lifetime.steps,
-        # Agents of world 0. Each world has other items.
+        # Only agents and items of world 0, because each world has its own items.
         "agents": experiment.agents_per_world,
         "items": arrays["item_x"].size,
         **describe_world(experiment),
@@ -99,7 +100,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     start = life.load_start_data()
     moves = ItemMoves(_times_before_steps(span))
     if start.species is None:
-        # The batch has a single run.
+        # `[None]` and `[run]`: the batch has a single run.
         genomes = start.genomes[None]
         batch = make_batch(experiment, seed, [run], generation, genomes, world=RECORDED_WORLD)
         pack_inputs = np.ravel if experiment.real_valued else _pack_bits
@@ -119,17 +120,17 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
 
 
 def _times_before_steps(span: Span) -> range:
-    """Return the numbers of simulated steps at which positions are recorded."""
+    """Return the times at which positions are recorded. A time is a number of simulated steps."""
     return range(span.first, span.stop)
 
 
 def _make_series(
     experiment: Experiment, span: Span, pack_inputs: Callable[[Any], Any]
 ) -> dict[str, Series]:
-    """Return the recorders of the agents of world 0.
+    """Return the recorders of the agents of world 0, by the name of the array.
 
-    Positions are recorded before a step, and actions and their results after it. A time is the
-    number of simulated steps. `pack_inputs` gets the inputs [agent, input] of a step.
+    Positions are recorded before a step. Inputs, actions and eaten items are recorded after it.
+    `pack_inputs` gets the inputs [agent, input] of a step.
     """
     before = _times_before_steps(span)
     after = range(span.first + 1, span.stop + 1)
@@ -154,8 +155,9 @@ def _make_series(
 def _record_species(
     experiment: Experiment, batch: SpeciesBatch, span: Span, moves: ItemMoves
 ) -> dict[str, npt.NDArray[Any]]:
-    """Simulate the steps of several species, and return the arrays of all agents."""
+    """Simulate the steps of several species, and return the arrays [step, agent] of all agents."""
     views = batch.views()
+    # The inputs stay unpacked, because `_join_inputs` adds the inputs that a species lacks.
     series_of_species = [_make_series(member, span, np.asarray) for member in batch.members]
     if experiment.has_deaths:
         for member, series in zip(batch.members, series_of_species, strict=True):
@@ -171,6 +173,7 @@ def _record_species(
         {name: recorder.values for name, recorder in series.items()} for series in series_of_species
     ]
     inputs_of_species = [arrays.pop("sensor") for arrays in arrays_of_species]
+    # The agents of all species along the axis 1. `teacher` is missing unless all species have it.
     joined = {
         name: np.concatenate([arrays[name] for arrays in arrays_of_species], axis=1)
         for name in set.intersection(*({*arrays} for arrays in arrays_of_species))
@@ -185,9 +188,9 @@ def _record_species(
 def _join_inputs(
     members: Sequence[Experiment], inputs_of_species: Sequence[npt.NDArray[np.float32]]
 ) -> npt.NDArray[Any]:
-    """Return the inputs [step, agent, input] of several species, packed as those of one species.
+    """Return the array `sensor` of `record_life` from the inputs [step, agent, input] by species.
 
-    The order of the inputs is that of `combine_inputs`. An input that a species lacks is 0.
+    `combine_inputs` gives the order of the inputs. An input that a species lacks is 0.
     """
     names, columns_of_species = combine_inputs([member.inputs for member in members])
     n_steps = len(inputs_of_species[0])
@@ -203,12 +206,11 @@ def _join_inputs(
 
 
 def _choose_unsigned_type(n_values: int) -> type[np.generic]:
-    """Return the smallest unsigned type that can hold a number of different values."""
+    """Return the smaller of uint8 and uint16 that can hold the values 0 to `n_values` - 1."""
     return np.uint8 if n_values <= 2**8 else np.uint16
 
 
 def _count_input_bytes(experiment: Experiment) -> int:
-    """Return the size of the inputs of one agent in one step."""
     appearance = describe_appearance(experiment)
     n_inputs = len(appearance.inputs)
     if any(appearance.is_continuous):

@@ -1,6 +1,7 @@
 """The results of a study: curves, final values, claims and reaction norms, as JSON.
 
-The functions return the encoded JSON, because the cache of a lab stores bytes.
+The functions return encoded JSON, because the cache of a lab stores bytes. A key of the cache
+contains the modification times of the files, so that a change of a file gives new results.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from baldwinlab.studies.sweeps import design as sweeps
 def load_results(lab: Lab, query: Query) -> bytes:
     """Return the curves, final values and claims of a study, as JSON.
 
-    A missing number is null. Results that are stored with the report are used if they are up to
-    date. If the claims are not valid, `problem` contains the error.
+    A missing number is null. If the report has stored the results and they are up to date, they are
+    not computed again. If the claims are not valid, `problem` contains the error.
     """
     # This import takes time.
     from baldwinlab.api.publish import lab_results
@@ -37,7 +38,7 @@ def load_results(lab: Lab, query: Query) -> bytes:
     sweep_path = study.directory / sweeps.SWEEP_FILE_NAME
     for path in (cache_path, sweep_path):
         require_inside(lab.root, path)
-    # The results depend on these files only.
+    # The results depend only on these files, so their versions are the key of the cache.
     versions = read_versions(lab.root, [*record_paths, claims_path])
 
     def make() -> dict[str, Any]:
@@ -48,7 +49,7 @@ def load_results(lab: Lab, query: Query) -> bytes:
 
 
 def _read_claims_or_error(study: StudyStore) -> dict[str, Any]:
-    """Return the claims of a study, or the error if they are not valid."""
+    """Return `claims`, and `problem`: the error if the claims are not valid, else None."""
     try:
         return {"claims": read_claims(study), "problem": None}
     except StudyError as error:
@@ -56,7 +57,7 @@ def _read_claims_or_error(study: StudyStore) -> dict[str, Any]:
 
 
 def load_typical_run(lab: Lab, query: Query) -> bytes:
-    """Return the typical run of a condition, as JSON."""
+    """Return {"run": INDEX} as JSON: the run nearest to the median final fitness."""
     study, condition = find_requested_condition(lab, query)
     name = condition.name
     versions = read_versions(lab.root, [file.path for file in study.files(name)])
@@ -73,7 +74,7 @@ def load_typical_run(lab: Lab, query: Query) -> bytes:
 
 
 def load_run_curves(lab: Lab, query: Query) -> bytes:
-    """Return the curve of each run of a condition, as JSON."""
+    """Return the curve of a measure for each run of a condition, as JSON."""
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 

@@ -1,7 +1,7 @@
 """The studies in the folder of a lab: access, and summaries of their conditions, runs and parts.
 
-Paths outside the folder are rejected. The results of a study whose parts are not loaded can be
-read. Its lifetimes cannot be simulated.
+Paths outside the folder are rejected. If the parts of a study are not loaded, the lab shows the
+results of the study, but it cannot simulate the lifetimes.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ MAX_CACHED_STUDIES: Final = 16
 
 
 def list_study_names(root: Path) -> Iterator[str]:
-    """Yield the paths of all studies in a folder, relative to it. "." is the folder itself.
+    """Yield the path of each study in a folder, relative to the folder. "." is the folder itself.
 
     Links to folders are not followed.
     """
     for folder, subfolders, files in os.walk(root):
         if "study.toml" in files:
             yield Path(folder).relative_to(root).as_posix()
-        # `os.walk` visits the folders that remain in this list, in this order.
+        # `os.walk` then visits exactly the folders in this list, in the order of the list.
         subfolders[:] = sorted(
             name for name in subfolders if name != "runs" and not name.startswith(".")
         )
 
 
 def find_study(lab: Lab, name: str) -> StudyStore:
-    """Return the study of this name."""
+    """Return the study of this name. Raise MissingError if it does not exist."""
     path = lab.root / name / "study.toml"
     try:
         modification_time = path.stat().st_mtime_ns
     except (OSError, ValueError):
-        # ValueError: the name is not valid for a file.
+        # `stat` raises ValueError for a name that no file can have.
         raise MissingError(f"there is no study {name!r} in {lab.root}") from None
     for read_path in (path.parent, path, path.parent / "runs"):
         require_inside(lab.root, read_path)
@@ -59,7 +59,7 @@ def find_study(lab: Lab, name: str) -> StudyStore:
 def _open_study(root: Path, directory: Path, modification_time: int) -> StudyStore:
     """Open a study and cache it until the modification time of `study.toml` changes.
 
-    A study of thousands of conditions takes seconds to open.
+    For a study of thousands of conditions, the cache saves seconds.
     """
     try:
         study = StudyStore(directory)
@@ -72,7 +72,7 @@ def _open_study(root: Path, directory: Path, modification_time: int) -> StudySto
 
 
 def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], ...]:
-    """Return the existing paths with their modification times, in nanoseconds."""
+    """Return each existing path with its modification time in ns, as a part of a cache key."""
     paths = tuple(paths)
     for path in paths:
         require_inside(root, path)
@@ -100,7 +100,7 @@ def find_requested_condition(lab: Lab, query: Query) -> tuple[StudyStore, Experi
 
 
 def find_run(lab: Lab, query: Query) -> tuple[StudyStore, Experiment, int]:
-    """Return the study, the condition and the number of the stored run that a query names."""
+    """Return the study, the condition and the index of the stored run that a query names."""
     study, condition = find_requested_condition(lab, query)
     run = read_number(query, "run")
     require_run(lab, study, condition.name, run)
@@ -118,7 +118,7 @@ def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
     require_inside(lab.root, study.path(name, run))
 
 
-# Placeholder of a file whose path only the user knows.
+# The placeholder in a command for a file that the study does not contain.
 UNKNOWN_FILE: Final = "FILE"
 
 
@@ -128,14 +128,14 @@ def list_studies(lab: Lab, query: Query) -> dict[str, Any]:
 
 
 def summarize(lab: Lab, name: str) -> dict[str, Any]:
-    """Return the conditions and runs of a study, or why it cannot be read.
+    """Return the conditions and runs of a study. `problem` is a message if it cannot be read.
 
-    `missing` says why lifetimes of the study cannot be simulated, and how they can.
+    `missing` is a message with a remedy if lifetimes of the study cannot be simulated, else "".
     """
     try:
         return _summarize_readable(lab, find_study(lab, name), name)
     except BaldwinLabError as error:
-        # A single study does not hide the others.
+        # An unreadable study must not hide other studies, so the list has an entry for the error.
         return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
 
 
@@ -155,7 +155,7 @@ def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any
         "seed": study.seed,
         "paper": study.paper,
         "question": question,
-        # The page opens the study with the newest run. In seconds.
+        # In seconds. The page first opens the study with the newest run.
         "modified": _find_last_change(study),
         "conditions": conditions,
         "report": (study.directory / "report.html").is_file(),
@@ -180,7 +180,7 @@ def _summarize_condition(
         "runs": study.runs(experiment.name),
         "generations": experiment.evolution.generations,
         "learns": has_parts and experiment.learns,
-        # Those of one world.
+        # The number of agents in one world.
         "agents": experiment.agents_per_world
         if isinstance(experiment, Experiment)
         else experiment.population.size,
@@ -195,9 +195,10 @@ def _summarize_condition(
 
 
 def _read_paper(study: StudyStore) -> tuple[str, str]:
-    """Return the condition of the paper's main figure, and the question of the paper.
+    """Return the condition that the page opens first, and the question above its world.
 
-    The page shows both first. They are "" without a paper.
+    They are the paper's main condition and question. Without a paper, the condition is that of the
+    default paper, and the question "".
     """
     try:
         paper = papers.load_stored_paper(study.directory, study.paper)
@@ -208,7 +209,7 @@ def _read_paper(study: StudyStore) -> tuple[str, str]:
 
 
 def describe_missing_parts(lab: Lab, study: StudyStore) -> str:
-    """Return why lifetimes of a study cannot be simulated, and the remedy; "" if they can."""
+    """Return a message with a remedy if lifetimes of a study cannot be simulated, else ""."""
     try:
         study.require_parts()
     except BaldwinLabError as error:
@@ -218,7 +219,8 @@ def describe_missing_parts(lab: Lab, study: StudyStore) -> str:
 
 
 def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> str:
-    # A file can define several parts. The study has a copy of the file for each of them.
+    # A file can define several parts, and the study has a copy of the file for each part. The
+    # dictionary keeps one copy per content.
     files = {part.sha256: _find_source(lab, study, part) for part in missing}
     options = [word for file in files.values() for word in ("--part", file)]
     names = " and ".join(f"the {part.kind} {part.name}" for part in missing)
@@ -232,8 +234,8 @@ def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> st
 
 
 def _is_loaded(part: PartRecord) -> bool:
-    """Return whether a part of a study is loaded, with the same source."""
-    # This import takes time, and a study without custom parts does not need it.
+    """Return whether a part with the same source as the part of a study is loaded."""
+    # Imported late, because a study without custom parts does not need this slow import.
     from baldwinlab.parts.loading import source_of
 
     try:
@@ -243,7 +245,7 @@ def _is_loaded(part: PartRecord) -> bool:
 
 
 def _find_source(lab: Lab, study: StudyStore, part: PartRecord) -> str:
-    """Return the path of the copy of a part's file in its study, or FILE without a copy."""
+    """Return the path of the copy of a part's file in a study, or FILE without such a copy."""
     path = stored_source(study.directory, part.kind, part.name)
     try:
         require_inside(lab.root, path)

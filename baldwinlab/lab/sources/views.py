@@ -1,4 +1,7 @@
-"""What models without a world show: views, and the frequencies of alleles."""
+"""The displays of models without a world: views of a generation, and frequencies of alleles.
+
+A locus is an entry of a genome, and an allele a named value that a locus can have.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from baldwinlab.simulation.replay import recompute_genomes
 def pack_view(lab: Lab, query: Query) -> bytes:
     """Return the container with the requested view of a generation of a stored run.
 
-    A view of an agent shows the requested agent, or the fittest one.
+    A view of one agent shows the requested agent, by default the fittest agent.
     """
     study, experiment, run = find_run(lab, query)
     study.require_parts(experiment.name)
@@ -53,7 +56,6 @@ def pack_view(lab: Lab, query: Query) -> bytes:
 
 
 def _find_view(experiment: BaseExperiment, name: str) -> View:
-    """Return the view of this name. Raise MissingError if the model does not declare it."""
     views = model_displays.read_views(experiment)
     if name not in views:
         hint = "; it declares no views"
@@ -77,6 +79,7 @@ def _pack_data(data: ViewData, header: dict[str, Any]) -> bytes:
 
 
 def _make_kind_header(data: ViewData) -> dict[str, Any]:
+    """Return the entries of the header that depend on the kind of view: names and labels."""
     if isinstance(data, MatrixView):
         return {
             "kind": "matrix",
@@ -107,7 +110,7 @@ def pack_frequencies(lab: Lab, query: Query) -> bytes:
 def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     """Return the container with the allele frequencies of all generations of a stored run.
 
-    Its header contains the names of the alleles and the description of the model.
+    The array `share` is [generation, locus, allele]. The header names the alleles.
     """
     study, experiment, run = find_run(lab, query)
     study.require_parts(experiment.name)
@@ -124,7 +127,7 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
 
 
 def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
-    """Return the container with the allele frequencies of one generation of a live run."""
+    """Return the container with the frequencies [1, locus, allele] of a live run's generation."""
     live_run = lab.live.find_run(query["live"])
     run = read_number(query, "run")
     generation = read_number(query, "generation")
@@ -148,14 +151,15 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
 def compute_allele_frequencies(
     experiment: BaseExperiment, genomes: Iterable[Genome]
 ) -> npt.NDArray[np.float32]:
-    """Return the share of agents that are born with each allele [generation, locus, allele].
+    """Return the fraction of agents that are born with each allele [generation, locus, allele].
 
-    The loci of several modules follow each other. A value that is not an allele is not counted.
+    `genomes`: one array [agent, module, weight] per generation. The loci of the first module come
+    first. The fractions of a locus add up to less than 1 if genomes have values without an allele.
     """
     allele_values = np.array(list(model_displays.read_alleles(experiment).values()), np.float32)
-    # The last axis is that of the alleles.
-    # Genes of parts have no alleles.
+    # The entries after the weights are genes of parts, which have no alleles.
     loci = slice(experiment.weight_count)
+    # [agent, locus, 1]: the last axis is compared with the values of all alleles.
     genes_by_locus = (genome[..., loci].reshape(len(genome), -1, 1) for genome in genomes)
     return np.stack(
         [(genes == allele_values).mean(axis=0, dtype=np.float32) for genes in genes_by_locus]
@@ -172,10 +176,7 @@ def _make_allele_header(experiment: BaseExperiment, first_generation: int) -> di
 
 
 def _require_alleles(experiment: BaseExperiment, n_generations: int) -> None:
-    """Raise an error if there are no alleles, or if their frequencies exceed one response.
-
-    The error is MissingError if the model declares no alleles, and ValueError for too many values.
-    """
+    """Raise MissingError for a model without alleles, and ValueError for too many frequencies."""
     alleles = model_displays.read_alleles(experiment)
     if not alleles:
         raise MissingError(f"{experiment.name}: the model {experiment.model} declares no alleles")

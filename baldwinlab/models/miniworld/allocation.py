@@ -41,13 +41,13 @@ from baldwinlab.parts.learning_rules import observe_others
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.senses import prepare_senses
 
-# Number of decimal digits of a sine or cosine before it is rounded to float32.
+# Number of decimal digits to which a sine or cosine is rounded, before the conversion to float32.
 N_DIGITS: Final = 15
 ENGINE_PARTS: Final[Mapping[str, Callable[[Experiment], Any]]] = {
     "lookup": choose_lookup,
     "control": choose_control,
 }
-"""Functions that choose the classes of fields of a state, which have only arrays."""
+"""Functions that choose the class of a field of `State`. These classes have only arrays."""
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
@@ -58,7 +58,7 @@ def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]
 
 
 def choose_population(experiment: Experiment) -> type[FixedPopulation]:
-    """Return the type of the population of an experiment with one species."""
+    """Return the class of the population of an experiment with one species."""
     if experiment.births_in_life:
         return ReproducingPopulation
     is_selective = experiment.eats.items is not None
@@ -66,7 +66,7 @@ def choose_population(experiment: Experiment) -> type[FixedPopulation]:
 
 
 def tabulate(function: Callable[[float], float], degrees: Iterable[float]) -> Floats:
-    """Return the cosine or sine of each angle. Rounding makes it equal on all machines."""
+    """Return `function`, a cosine or sine, of each angle, rounded to be equal on all machines."""
     # `round` makes quarter turns exact, and `+ 0.0` turns -0.0 into 0.0.
     values = [round(function(math.radians(angle)), N_DIGITS) + 0.0 for angle in degrees]
     return np.array(values, np.float32)
@@ -77,7 +77,7 @@ def make_model(
 ) -> MiniWorldModel:
     """Return the constants of a batch of `worlds` worlds.
 
-    Species that share a world have the same `grid`. By default it follows from the experiment.
+    Species that share a world have the same `grid`. By default, the experiment determines `grid`.
     """
     world = experiment.world
     contact = experiment.contact
@@ -140,7 +140,7 @@ def _shape_function(
     experiment: Experiment, worlds: int, grid: GridSettings | None = None
 ) -> Callable[[Array], tuple[int, ...]]:
     """Return a function that computes the shape of a declared array in a batch of worlds."""
-    # Whole SIMD blocks.
+    # The lanes fill whole SIMD blocks.
     lanes = math.ceil(worlds * experiment.agents_per_world / WIDTH) * WIDTH
     sizes = array_dimensions(experiment, grid)
 
@@ -173,7 +173,7 @@ def make_population(
     allocate: Callable[[Array], npt.NDArray[Any]],
     **further_values: Any,
 ) -> Any:
-    """Return the compiled population of an experiment. `allocate` returns the memory of arrays."""
+    """Return the compiled population. `further_values` are values of a `SpeciesPopulation`."""
     arrays = {name: allocate(array) for name, array in population_class.arrays.items()}
     if population_class is FixedPopulation:
         return population_class.Compiled(**arrays)
@@ -197,7 +197,7 @@ def list_recorders(experiment: Experiment) -> list[Part]:
 
 
 def list_part_classes(experiment: Experiment) -> list[Any]:
-    """Return the classes of the parts of a state, which declare arrays and select code."""
+    """Return the classes of all parts of a state. The classes select the compiled code."""
     parts = [part for chosen in CHOSEN_PARTS.values() for part in experiment.parts(chosen.path)]
     return [
         *map(type, [*parts, *list_recorders(experiment)]),
@@ -209,7 +209,7 @@ def list_part_classes(experiment: Experiment) -> list[Any]:
 def read_part_records(
     state: State, shape: tuple[int, ...], first_lane: int = 0
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the records of all parts by name, [run, agent], from a first lane on."""
+    """Return the records of all parts by name, [run, agent], for the lanes from `first_lane` on."""
     lanes = slice(first_lane, first_lane + math.prod(shape))
     return {
         name: getattr(part, name)[0, lanes].reshape(shape).copy()
@@ -225,9 +225,9 @@ def make_state(
     population_class: type[FixedPopulation] | None = None,
     **population_values: Any,
 ) -> State:
-    """Allocate a state. The content of an array is undefined unless it declares `fill`.
+    """Allocate a state. The content of an array without `fill` is undefined.
 
-    Species that share a world have the same `grid`, and values of their population.
+    `grid`, `population_class` and `population_values` are given for species that share a world.
 
     Raises `RefusedError` if the experiment has species, and no population is given.
     """
@@ -237,7 +237,7 @@ def make_state(
     population_class = population_class or choose_population(experiment)
 
     def allocate(array: Array) -> Any:
-        # Hooks of a lifetime have no arrays of the run.
+        # Hooks of a lifetime do not use the arrays of a run, which hooks of evolution use.
         return None if array.owner == "run" else _allocate_array(array_shape(array), array)
 
     def compile_part(part: Part) -> Any:
@@ -272,7 +272,7 @@ def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
 
 
 def poison_state(state: State, agents: int) -> None:
-    """Poison the arrays that a lifetime must write before it reads them.
+    """If `poison` is on, fill the arrays that a lifetime must write before a read.
 
     The lanes after the last of `agents` agents are not poisoned.
     """
@@ -287,7 +287,7 @@ def poison_state(state: State, agents: int) -> None:
 
 
 def list_parts(state: State) -> Iterator[tuple[str, Any]]:
-    """Yield the parts of a state with their names, such as "rule" or "senses.0"."""
+    """Yield (name, part) for each part of a state. Names are, for example, "rule" or "senses.0"."""
     for name, value in zip(State._fields, state, strict=True):
         if hasattr(type(value), "part"):
             yield name, value
@@ -296,7 +296,7 @@ def list_parts(state: State) -> Iterator[tuple[str, Any]]:
 
 
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
-    """Return the state and its parts with their declared arrays, by name prefix."""
+    """Return the state ("") and each part (such as "rule.") with the declared arrays of each."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
     for name, part in list_parts(state):
         declared = type(part).part.arrays.items()
@@ -306,9 +306,9 @@ def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
 
 
 def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
-    """Return copies of the arrays by name, for the first worlds of a batch.
+    """Return copies of the arrays by name, such as "rule.signs", for the first worlds of a batch.
 
-    Scratch, and the worlds and lanes of the padding, are left out.
+    Scratch arrays are left out, and worlds and lanes after those of the agents.
     """
     lanes = slice(worlds * agents)
     selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
@@ -321,7 +321,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 
 
 def list_hooks(state: State) -> tuple[Any, ...]:
-    """Return the types of the parts of a state, and their hooks, which the step compiles."""
+    """Return the types and the hooks of all parts of a state, which the step compiles."""
     parts = [part for _, part in list_parts(state)]
     # Fields of parts can contain further parts.
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]
@@ -331,7 +331,7 @@ def list_hooks(state: State) -> tuple[Any, ...]:
 
 
 def reads_other_agents(state: State) -> bool:
-    """Return whether a sense, the learning rule or its control reads other agents in a step."""
+    """Return whether a sense, the learning rule or the control reads other agents in a step."""
     rule = type(state.rule).part
     senses = [type(sense).part for sense in state.senses]
     return (

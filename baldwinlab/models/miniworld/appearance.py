@@ -1,10 +1,8 @@
-"""Appearance of a MiniWorld, as data and in brief sentences, from its settings and parts.
+"""Appearance of a MiniWorld, as data and in brief sentences, from the settings and parts.
 
-The data contains the names of inputs and actions, items, shapes and colors.
-
-Recordings, the page, traces and movies use it to draw and label. Colors are names of
-`baldwinlab.analysis.palette`, or "#rrggbb". Degrees are clockwise from the heading.
-Lengths are in units of length.
+The data contains the names of inputs and actions, items, shapes and colors. Recordings, the lab,
+traces and movies use the data to draw and label. Colors are names of `baldwinlab.analysis.palette`,
+or "#rrggbb". Degrees are clockwise from the heading. Lengths are in units of length.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ class Sector(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """Items of a kind, in a region. Items are numbered in the order of regions."""
+    """The items of one region. The indices of items follow the order of regions."""
 
     name: str
     color: str
@@ -40,7 +38,7 @@ class Kind(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A shape on the map in addition to items, with its bounding box."""
+    """A shape on the map, with the bounding box. Items are no marks."""
 
     # "rectangle" or "disc".
     kind: str
@@ -58,9 +56,9 @@ class Appearance(NamedTuple):
     """The data to draw and label a MiniWorld."""
 
     inputs: tuple[str, ...]
-    # Per input: whether it is real-valued.
+    # Per input: whether the input is real-valued.
     is_continuous: tuple[bool, ...]
-    # Per input: its sector, or None.
+    # Per input: the sector in which the input senses, or None.
     sectors: tuple[Sector | None, ...]
     actions: tuple[str, ...]
     # Number of headings in a full turn.
@@ -69,9 +67,9 @@ class Appearance(NamedTuple):
     marks: tuple[Mark, ...]
     # Descriptions of the networks of a genome.
     modules: tuple[str, ...]
-    # Names of the first outputs of the second network. Empty if its outputs are actions.
+    # Names of the first outputs of the second network. Empty if all outputs are actions.
     answers: tuple[str, ...]
-    # Pairs of units: the second unit stores the last activation of the first unit.
+    # Pairs of units: the second unit stores the previous activation of the first unit.
     memory: tuple[tuple[int, int], ...]
     # Whether the teacher of each agent is recorded.
     has_teachers: bool
@@ -85,7 +83,7 @@ class Appearance(NamedTuple):
 
 
 def describe_appearance(experiment: Experiment) -> Appearance:
-    """Return the appearance of the world of an experiment; with species, with all their inputs."""
+    """Return the appearance of the world of an experiment, with the inputs of all species."""
     if members := experiment.species_experiments():
         return _join_appearances([describe_appearance(member) for member in members])
     radius = experiment.senses.visual_radius
@@ -119,8 +117,8 @@ def describe_appearance(experiment: Experiment) -> Appearance:
 def _join_appearances(appearances: Sequence[Appearance]) -> Appearance:
     """Return the appearance of a world of several species.
 
-    The order of the inputs is that of `combine_inputs`. Networks are not described, because those
-    of the species differ.
+    The order of the inputs is that of `combine_inputs`. Networks are not described, because species
+    have different networks. Other fields are from the species with the most actions.
     """
     inputs, indices = combine_inputs([appearance.inputs for appearance in appearances])
     values: dict[int, tuple[bool, Sector | None]] = {}
@@ -150,7 +148,7 @@ def _module_descriptions(modules: tuple[str, ...], answers: tuple[str, ...]) -> 
 
 
 def _list_marks(experiment: Experiment) -> tuple[Mark, ...]:
-    """Return the regions of items, the start disc, and the shapes of features."""
+    """Return the marks of the regions of items, the start disc, and the shapes of features."""
     start = experiment.world.start
     start_box = (
         (start.x - start.radius, start.x + start.radius),
@@ -176,7 +174,7 @@ def _make_mark(
     label: str,
     solid: bool = False,
 ) -> Mark:
-    """Return a mark from its extents in x and y."""
+    """Return a mark that covers the ranges `x` and `y`."""
     return Mark(
         kind=kind,
         x=x[0],
@@ -190,12 +188,12 @@ def _make_mark(
 
 
 def appearance_json(experiment: Experiment) -> str:
-    """Return the appearance as JSON, for an attribute of a dataset."""
+    """Return the appearance as JSON, for an attribute of the dataset of a trace."""
     return json.dumps(describe_appearance(experiment).to_dict())
 
 
 class Topic(NamedTuple):
-    """A heading and its sentences."""
+    """A heading, and a text of brief sentences."""
 
     title: str
     text: str

@@ -1,8 +1,8 @@
-"""Fitness by behavior: the distance of an agent, the time at which it eats, or its novelty.
+"""Fitness by behavior: the distance that an agent moves, the times of eating, or the novelty.
 
-Source of novelty search, in which the fitness of an agent is the distance between its behavior and
-known behaviors: J. Lehman and K. O. Stanley, "Abandoning objectives: evolution through the search
-for novelty alone", Evolutionary Computation 19 (2011).
+In novelty search, the fitness of an agent is the distance from its behavior to known behaviors.
+Source: J. Lehman and K. O. Stanley, "Abandoning objectives: evolution through the search for
+novelty alone", Evolutionary Computation 19 (2011).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from baldwinlab.parts.lifetimes import Lifetimes
 
 
 def require_world(experiment: BaseExperiment, fitness: str) -> None:
-    """Raise ValueError if the model of an experiment has no world."""
+    """Raise ValueError if the model of an experiment is not MiniWorld."""
     if experiment.model != "miniworld":
         raise ValueError(
             f"evolution.fitness = {fitness!r} reads positions and items, and the model "
@@ -162,7 +162,7 @@ def _measure_distance(part: Any, x: float, y: float, other_x: float, other_y: fl
 
 @compiled
 def _distance_to_behavior(part: Any, lifetimes: Lifetimes, agent: int, number: int) -> float:
-    """Return the distance of an agent to a behavior: those of the agents, then the archive."""
+    """Return the distance to position `number`: positions of all agents, then of the archive."""
     x = np.float64(lifetimes.position[agent, 0])
     y = np.float64(lifetimes.position[agent, 1])
     n_agents = lifetimes.energy.size
@@ -176,13 +176,13 @@ def _distance_to_behavior(part: Any, lifetimes: Lifetimes, agent: int, number: i
 
 @compiled
 def _compute_novelty(part: Any, lifetimes: Lifetimes, agent: int, n_behaviors: int) -> float:
-    """Return the mean distance to the k nearest behaviors without the agent itself."""
+    """Return the mean distance to the k nearest other positions, or 0 if there are none."""
     n_neighbors = 0
     total = 0.0
     last_distance = -1.0
     last_number = -1
     while n_neighbors < part.neighbors:
-        # The next neighbor is the first after the last one, by distance and then by number.
+        # The next neighbor follows the previous neighbor in the order of distance, then number.
         nearest = math.inf
         nearest_number = -1
         for number in range(n_behaviors):
@@ -194,7 +194,7 @@ def _compute_novelty(part: Any, lifetimes: Lifetimes, agent: int, n_behaviors: i
                 if is_later and distance < nearest:
                     nearest = distance
                     nearest_number = number
-        # No behavior is left, or the agent has no position.
+        # No position is left, or a position is NaN.
         if nearest_number < 0:
             break
         n_neighbors += 1
@@ -207,7 +207,7 @@ def _compute_novelty(part: Any, lifetimes: Lifetimes, agent: int, n_behaviors: i
 class Novelty(Fitness, name="novelty"):
     """Novelty of the final position: the mean distance to the k nearest known positions.
 
-    The known positions are those of the other agents of the generation and those in the archive.
+    The known positions are the final positions of the other agents, and the archive.
     Distances are the shortest on the torus. After each generation, an agent whose novelty is above
     `archive_threshold` adds its position to the archive. If the archive is full, the new position
     replaces the oldest. Energy and the cost of learning have no effect.

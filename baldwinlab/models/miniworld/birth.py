@@ -1,4 +1,4 @@
-"""Birth of a generation at the start of a lifetime, and of single agents during it."""
+"""Birth of a generation at the start of a lifetime, and of single agents during a lifetime."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from baldwinlab.parts.world_features import init_world
 
 CHILD_VALUES: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
-    # The genes of parts: index of the first one, and their table.
+    # The genes of parts: index of the first gene in a genome, and table of the genes.
     "first_gene_index": lambda part, experiment: make_gene_table(experiment).first,
     "gene_table": lambda part, experiment: make_gene_table(experiment).values,
 }
-"""Derived values of the first argument of `bear_child`."""
+"""Derived values of a part that calls `bear_child`."""
 CHILD_ARRAYS: Final[Mapping[str, Array]] = {
-    # Scratch: genome of a child.
+    # Scratch [world, module, weight]: genome of a child.
     "child": per_world("modules", "genome length"),
-    # Scratch: uniform random numbers of variation.
+    # Scratch [world, draw, 4]: uniform random numbers of variation.
     "draws": per_world("draws", 4, dtype="float64"),
 }
-"""Arrays of the first argument of `bear_child`."""
+"""Arrays of a part that calls `bear_child`."""
 
 init_features = for_each_part(init_world)
 load_genes_of_parts = for_each_part(load_part_genes)
@@ -48,7 +48,7 @@ load_genes_of_parts = for_each_part(load_part_genes)
 
 @compiled
 def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Set the weights, genes and learning rate of a newborn agent from its genome."""
+    """Set the weights, genes and learning rate of a newborn agent from `state.genome`."""
     lane = world * model.agents + agent
     weights = state.weights.shape[0]
     last_module = state.genome.shape[2] - 1
@@ -60,7 +60,7 @@ def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> 
         state.genes[gene, lane] = state.genome[world, agent, module, gene % weights]
     rate = np.float32(model.rate)
     if model.evolved_rate:
-        # The gene of the rate follows the weights.
+        # In the first module, the gene of the rate follows the weights.
         rate = express_rate(model.rate, state.genome[world, agent, 0, weights])
     state.rate[0, lane] = rate
     first_module = state.genome[world, agent, 0]
@@ -141,8 +141,8 @@ def init_generation(model: MiniWorldModel, state: State) -> None:
 def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, number: int) -> None:
     """Replace an agent that died by a newborn with the genome `state.genome[world, agent]`.
 
-    `number` is the number of earlier births of this world during the lifetime. It selects the
-    random numbers of the birthplace.
+    `number`, the count of earlier births of this world during the lifetime, selects the random
+    numbers of the birthplace.
     """
     lane = world * model.agents + agent
     load_genome(model, state, world, agent)
@@ -172,7 +172,7 @@ def _create_child(
     draws = part.draws[world]
     draw_uniforms(key.seed, key.run, key.generation, INHERITANCE, number, draws)
     gate = uniform(philox(0, number, key.generation, MUTATION_GATE, key.seed, key.run)[0])
-    # The variation can read the genes of parts, and cannot change them.
+    # The first call lets the variation read the genes of parts. The second call undoes changes.
     mix_genes(genes, key, number, parents, child)
     vary(part.variation, Mating(parents[0], parents[1], draws, gate, child))
     mix_genes(genes, key, number, parents, child)
@@ -191,12 +191,12 @@ def bear_child(
 ) -> None:
     """Replace the agent of a slot by a child of two parents.
 
-    `part` has the values `CHILD_VALUES` and the arrays `CHILD_ARRAYS`. `birth` is the number of
-    earlier births of this world during the lifetime. It selects the random numbers of the child.
+    `part` has the values `CHILD_VALUES` and the arrays `CHILD_ARRAYS`. `birth`, the count of
+    earlier births of this world during the lifetime, selects the random numbers of the child.
     """
     number = newborn_number(state.population, model, birth)
     _create_child(part, state, world, number, fitter_parent, second_parent)
-    # A parent can be the replaced agent.
+    # The ancestors are read before the slot is overwritten, because a parent can be in this slot.
     first_ancestor = state.origin[world, fitter_parent, 0]
     second_ancestor = state.origin[world, second_parent, 0]
     copy_genome(part.child[world], state.genome[world, slot])

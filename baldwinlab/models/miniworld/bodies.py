@@ -1,4 +1,4 @@
-"""Bodies: the walker of the paper, and others with a stay action, on a grid, and with two wheels.
+"""Bodies: the walker of the paper, a walker that can stay, a body on a grid, and two wheels.
 
 The walker is that of Le (2019), "The Simulated World of Foods and Agents". All bodies move by at
 most `STRIDE` in a step.
@@ -34,9 +34,9 @@ LAST_HEADING = np.float32(HEADING_COUNT - 1)
 def move_along(
     model: MiniWorldModel, state: State, heading: Value, speed: Value, lane: Lane
 ) -> None:
-    """Set the heading, and move by `speed` in its direction.
+    """Set the heading, and move by `speed` in this direction.
 
-    `heading` is a number of headings. It can be out of range by at most a complete turn.
+    `heading` is in turns of 9 degrees, and can be outside [0, 40) by at most a complete turn.
     """
     heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
@@ -131,9 +131,9 @@ class Continuous(Body, name="continuous"):
     """Two wheels whose speeds are the two outputs.
 
     The agent moves by the sum of the outputs, 0 to 2.
-    It turns toward the slower wheel by `max_turn` times the difference, rounded to multiples of 9
-    degrees.
-    The recorded action is the number of the faster wheel.
+    The agent turns toward the slower wheel by `max_turn` times the difference, rounded to
+    multiples of 9 degrees.
+    The recorded action is the index of the faster wheel.
     The setting `motor.noise` must be 0.
 
     References

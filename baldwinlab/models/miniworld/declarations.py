@@ -1,7 +1,7 @@
 """Declarations of the fields of `MiniWorldModel` and `State`.
 
-A field has one declaration: `name: Annotated[type, source, "Description."]`. The source is an
-`Array`, a `Setting` or a `ChosenPart`. `allocation.py` computes a field without source.
+A declaration is `name: Annotated[type, source, "Description."]`. The source of the value is an
+`Array`, a `Setting` or a `ChosenPart`. `allocation.py` computes a field without a source.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ TupleClass = TypeVar("TupleClass", bound=type)
 
 
 class Setting(NamedTuple):
-    """A number that is a setting, or whether the setting equals a value."""
+    """Source of a number: the value of a setting, or whether the setting has the value `equals`."""
 
     path: str
     equals: str | None = None
 
 
 class ChosenPart(NamedTuple):
-    """The part, or the tuple of parts, that a setting chooses."""
+    """Source of a part that a setting chooses, or of a tuple of parts (`are_several`)."""
 
     path: str
     are_several: bool = False
@@ -38,13 +38,13 @@ def _iterate_fields(tuple_class: type) -> Iterator[tuple[str, Any, Any, str]]:
 
 
 def find_sources(tuple_class: type, kind: type[Source]) -> dict[str, Source]:
-    """Return the sources of a kind by field."""
+    """Return the sources of a class, for example all `Array`s, by the name of the field."""
     fields = _iterate_fields(tuple_class)
     return {name: source for name, _, source, _ in fields if isinstance(source, kind)}
 
 
 def read_settings(tuple_class: type, experiment: Any) -> dict[str, Any]:
-    """Return the fields of a tuple that are settings of an experiment, as numbers."""
+    """Return the values of the fields of a tuple with a `Setting`, by name, as numbers."""
     numbers = {}
     for name, number_type, source, _ in _iterate_fields(tuple_class):
         if isinstance(source, Setting):
@@ -55,7 +55,7 @@ def read_settings(tuple_class: type, experiment: Any) -> dict[str, Any]:
 
 
 def describe_fields(tuple_class: TupleClass) -> TupleClass:
-    """Add the attributes to the docstring of a tuple."""
+    """Add the descriptions of the fields to the docstring of a tuple."""
     lines = [str(tuple_class.__doc__), "", "Attributes", "----------"]
     for name, field_type, source, description in _iterate_fields(tuple_class):
         heading = name

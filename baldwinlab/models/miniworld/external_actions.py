@@ -1,4 +1,4 @@
-"""Simulate agents whose actions an external program sets in each step. They do not learn."""
+"""Simulate agents with actions of an external program, for Gymnasium and PettingZoo."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from baldwinlab.models.miniworld.step import (
     sense_environment,
 )
 
-# Array [world, agent, input or action].
+# float32 array [world, agent, input] or [world, agent, action].
 Numbers = npt.NDArray[np.float32]
 
 
@@ -85,14 +85,14 @@ def require_external_actions(experiment: Experiment) -> None:
 
 
 class SteeredBatch:
-    """A batch of worlds of one experiment, whose agents take external actions and do not learn.
+    """A batch of worlds of one experiment. The agents take external actions and do not learn.
 
-    A pickle of a batch holds its experiment and its arrays. The process that reads the pickle
-    compiles the code, or loads it from the cache.
+    A pickle contains the experiment and the arrays. The process that reads a pickle compiles the
+    code, or loads the code from the cache.
     """
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Compile the simulation. Raises the error of `require_external_actions`."""
+        """Compile the simulation. Raise the error of `require_external_actions`."""
         require_external_actions(experiment)
         without_learning = experiment.replace(
             learning={"rule": "none"}, evolution={"lamarckian_share": 0}
@@ -104,6 +104,7 @@ class SteeredBatch:
         self._outputs = np.zeros(
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
         )
+        # The call compiles the code. `begin` initializes the generation again.
         arguments = self._model, self._state, True, 0, self._outputs
         simulate = cached_jit(simulate_steered, list_hooks(self._state), short_loops=True)
         simulate(*arguments)
@@ -119,7 +120,7 @@ class SteeredBatch:
         return _restore_batch, (self.experiment, runs, self.step, arrays)
 
     def begin(self, seed: int, generation: int) -> Numbers:
-        """Initialize a generation, and return its first inputs [world, agent, input]."""
+        """Initialize a generation, and return the first inputs [world, agent, input]."""
         poison_state(self._state, math.prod(self._shape))
         self._state.keys[:, 0] = seed
         self._state.generation[0] = generation

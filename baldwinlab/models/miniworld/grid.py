@@ -1,6 +1,6 @@
-"""The grid cells of a region of items, and the images of the torus from which it can be reached.
+"""The grid cells of a region of items, and the images of the torus that are near the region.
 
-Python and the compiled code of the browser use the same functions for lengths, which are float64.
+Lengths are float64. Python and the WebAssembly module of the browser use the same functions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.parts.world_features import ItemRegion
 
-# Number of items up to which a region is a single cell.
+# Maximum number of items of a region that is always a single cell.
 MAX_UNSORTED_ITEMS: Final = 8 * WIDTH
 # Average number of items in a cell.
 ITEMS_PER_CELL: Final = 4
@@ -24,13 +24,13 @@ ITEMS_PER_CELL: Final = 4
 # A scan therefore tests few rows, and narrow cells contain few items out of reach.
 CELL_HEIGHT_RATIO: Final = 3
 # Maximum fraction of a region's area that an agent scans.
-# Above it, a scan of all items is faster.
+# Above this fraction, a scan of all items is faster.
 MAX_SCANNED_FRACTION: Final = 0.25
-# Minimum number of agents that doubles the maximum fraction, because agents share the sorting.
+# From this number of agents on, the maximum fraction is doubled, because agents share the sorting.
 MANY_AGENTS: Final = 12
-# Half the diagonal of a square, in half sides.
+# Half the diagonal of a square, as a multiple of half a side.
 SQUARE_DIAGONAL: Final = 1.4142135623730951
-# Factor and summand of a distance that cover rounding, in units of length.
+# A distance is multiplied by the factor, and the margin (a length) is added, to cover rounding.
 ROUNDING_FACTOR: Final = 1.001
 ROUNDING_MARGIN: Final = 0.25
 
@@ -39,7 +39,7 @@ ROUNDING_MARGIN: Final = 0.25
 def compute_cell_size(width: float, height: float, count: int) -> Any:
     """Return the width and height of a cell of a region with `count` items.
 
-    A cell is at most as wide and as high as the region.
+    With at least `ITEMS_PER_CELL` items, a cell is at most as wide and as high as the region.
     """
     area = width * height
     items = max(1, count)
@@ -57,12 +57,12 @@ def compute_cell_size(width: float, height: float, count: int) -> Any:
 def scanned_fraction(width: float, height: float, count: int, radius: float, agents: int) -> Any:
     """Return the fraction of a region's area in the cells that an agent scans.
 
-    Return 1 if sorting the items does not save time.
+    Return 1 if the region is a single cell, because sorting the items does not save time.
     """
     cell_width, cell_height = compute_cell_size(width, height, count)
     scanned_area = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
     max_scanned_area = MAX_SCANNED_FRACTION * width * height * (2 if agents >= MANY_AGENTS else 1)
-    # `>=` instead of `>`, because both areas are 0 if they are below the smallest float.
+    # `>=` instead of `>`, because both areas of a tiny region are rounded to 0.
     is_too_large = scanned_area >= max_scanned_area
     if count <= MAX_UNSORTED_ITEMS or is_too_large:
         return 1.0
@@ -129,7 +129,7 @@ def count_cells(region: ItemRegion, grid: GridSettings) -> int:
 
 
 def describe_regions(experiment: Experiment, margin: float, grid: GridSettings) -> dict[str, Any]:
-    """Return the arrays of the model that describe the regions of items and their grids."""
+    """Return the arrays of `MiniWorldModel` that describe regions of items and grids, by field."""
     world = experiment.world
     regions = item_regions(experiment)
     kinds = item_kinds(experiment)
@@ -137,7 +137,7 @@ def describe_regions(experiment: Experiment, margin: float, grid: GridSettings) 
     for region in regions:
         width, height = _region_size(region)
         rectangles.append((region.x[0], width, region.y[0], height))
-    # Without regions, the arrays also have columns.
+    # `reshape` gives the arrays columns even if there are no regions.
     rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
     widths_and_heights = rectangle_array[:, 1::2]
     grid_shapes = [_grid_shape(region, grid) for region in regions]
@@ -158,7 +158,7 @@ def describe_regions(experiment: Experiment, margin: float, grid: GridSettings) 
 
 def estimate_scanned_items(experiment: Experiment) -> int:
     """Return the approximate number of items that an agent scans in a step."""
-    # With the sequential update, all items are sorted again after each agent that eats.
+    # The sequential update sorts all items again after each agent that eats, so all items count.
     is_sequential = experiment.lifetime.update == "sequential"
     radius, agents = grid_settings(experiment)
     scanned_items = 0

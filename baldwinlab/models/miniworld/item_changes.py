@@ -1,9 +1,8 @@
-"""Changes of items by world features: place, remove, and find the items eaten in a step.
+"""Functions for world features: place or remove an item, and ask whether it is on the map or eaten.
 
-Each function keeps the grid of the region correct, so the next step senses the changed item.
-
-An absent item has a position off the map. Its x is `ABSENT_X` times the width of the map. No agent
-can sense or touch it there.
+Each change also sorts the items of the region, so that agents sense the changed item in the next
+step. An absent item has the x coordinate `ABSENT_X` times the width of the map, where no agent can
+sense or touch the item.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-# x of an absent item, in widths of the map. No image of the map has agents within sight of it.
+# x of an absent item, in widths of the map. No image of an agent is within sight of this position.
 ABSENT_X = np.float32(-3)
 
 
@@ -31,19 +30,19 @@ def place_item_at(
 ) -> None:
     """Place an item of a region at a position.
 
-    It takes time proportional to the number of items in the region.
+    The call takes time proportional to the number of items in the region.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item. The items of a region are
         `model.region_items[region]` to `model.region_items[region + 1] - 1`.
     x, y : float32
-        Position in the region, in units of length.
+        Coordinates on the map, inside the region, in units of length.
     """
     state.item_x[world, item] = x
     state.item_y[world, item] = y
@@ -56,14 +55,14 @@ def place_item_randomly(
 ) -> None:
     """Place an item at a uniform position of its region, where no feature blocks it.
 
-    The position is the next of the item, as if it reappears after it was eaten.
+    The item gets the same random position as after an agent has eaten the item.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item.
     """
@@ -73,14 +72,14 @@ def place_item_randomly(
 
 @compiled
 def remove_item(model: MiniWorldModel, state: State, world: int, region: int, item: int) -> None:
-    """Remove an item from the map. Its y does not change.
+    """Remove an item from the map. The y coordinate does not change.
 
     Parameters
     ----------
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, region, item : int
         Indices of the world, of the region and of the item.
     """
@@ -96,7 +95,7 @@ def is_on_map(state: State, world: int, item: int) -> bool:
     Parameters
     ----------
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, item : int
         Indices of the world and of the item.
 
@@ -117,7 +116,7 @@ def was_eaten(state: State, world: int, item: int, step: int) -> bool:
     Parameters
     ----------
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, item : int
         Indices of the world and of the item.
     step : int

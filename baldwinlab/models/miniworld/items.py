@@ -1,12 +1,13 @@
-"""Items: their positions, the items near an agent, and eating.
+"""Positions of items, search for the items near an agent, and eating.
 
 The items of a large region are sorted by grid cell. An agent tests only the cells in reach.
-The items of neighboring cells in a row are contiguous in *slots*, and are tested as SIMD blocks.
-A region with few items is a single cell, and its items never change slots.
-An empty SIMD block follows the slots of each region. A block never contains items of two regions.
+A *slot* is an entry of the arrays of sorted items. The items of neighboring cells in a row have
+contiguous slots, and are tested as SIMD blocks. A region with few items is a single cell, in which
+an item keeps the same slot. An empty SIMD block follows the slots of each region, so that a block
+never contains items of two regions.
 
 Agents eat one after another (`eat_items`). On several threads or on a GPU, all agents claim the
-items that they touch, and after a barrier, the agent with the highest claim of an item eats it
+items that they touch. After a barrier, an item is eaten by the agent with the highest claim
 (`contend`). The results are equal.
 
 Source: Le (2019), "The Simulated World of Foods and Agents".
@@ -49,14 +50,14 @@ MAX_CONTACT_PER_REACH = np.float32(1.5)
 
 @compiled
 def has_single_cell(model: MiniWorldModel, region: int) -> bool:
-    """Return whether a region is a single cell, whose items are not sorted."""
+    """Return whether a region is a single cell. The items of such a region are not sorted."""
     return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
 
 
 @compiled
 def find_slots(model: MiniWorldModel, region: int) -> tuple[int, int]:
-    """Return the first slot of a region, and the slot after its last."""
-    # An empty SIMD block precedes the slots of each region but the first.
+    """Return the first slot of a region, and the end: the slot after the last item."""
+    # An empty SIMD block precedes the slots of each region except region 0.
     padding = region * WIDTH
     first_slot = model.region_items[region] + padding
     end_slot = model.region_items[region + 1] + padding
@@ -65,7 +66,7 @@ def find_slots(model: MiniWorldModel, region: int) -> tuple[int, int]:
 
 @compiled
 def place_item(model: MiniWorldModel, state: State, world: int, region: int, item: int) -> None:
-    """Draw the next position of an item: uniform in its region, where no feature blocks it."""
+    """Draw the next position of an item: uniform in the region, where no feature blocks items."""
     seed = state.keys[world, 0]
     run = state.keys[world, 1]
     left = model.regions[region, 0]
@@ -96,7 +97,7 @@ def place_item(model: MiniWorldModel, state: State, world: int, region: int, ite
 def assign_cells(
     model: MiniWorldModel, state: State, world: int, region: int, items: tuple[int, int]
 ) -> None:
-    """Set `item_cell` of items of a region: `items[0]` to `items[1]` - 1."""
+    """Set `state.item_cell` of the items `items[0]` to `items[1]` - 1 of a region."""
     left = model.regions[region, 0]
     upper = model.regions[region, 2]
     first_cell = model.region_cells[region]
@@ -146,9 +147,9 @@ def sort_into_cells(model: MiniWorldModel, state: State, world: int, region: int
 def position_in_image(
     model: MiniWorldModel, region: int, number: int, x: np.float32, y: np.float32
 ) -> tuple[np.float32, np.float32]:
-    """Return a position in the image `number` of the torus.
+    """Return the coordinates of a position in the image `number` of the torus.
 
-    If the region can be reached from one image only, return the position nearest to the region.
+    If agents reach the region from one image only, return the coordinates nearest to the region.
     """
     if model.images[region] == 1:
         center_x = model.regions[region, 0] + model.regions[region, 1] * HALF
@@ -174,16 +175,16 @@ def find_cells_within(
 ) -> tuple[int, int]:
     """Return the first column (axis 0) or row (axis 1) of cells within `radius`, and the end.
 
-    The end is the number after the last column or row.
+    The end is the index after the last column or row. Both are 0 if the region is out of reach.
     """
     if model.grid[region, axis] == 1 and model.images[region] == 1:
         return 0, 1
     offset = position - model.regions[region, 2 * axis]
-    # The margin covers rounding.
+    # One unit of length more than the radius covers rounding.
     reach = radius + ONE
     if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
         return 0, 0
-    # `int` is used, because `math.floor` would be a call that takes a seventh of the time.
+    # `int` rounds toward 0, and is faster than `math.floor`, which would be a call.
     first = int((offset - reach) / model.cell_size[region, axis])
     last = int((offset + reach) / model.cell_size[region, axis])
     return max(first, 0), min(last + 1, model.grid[region, axis])
@@ -193,8 +194,8 @@ def find_cells_within(
 def find_slots_in_row(
     model: MiniWorldModel, state: State, world: int, region: int, row: int, columns: tuple[int, int]
 ) -> tuple[int, int]:
-    """Return the first slot of the cells in a row of the grid, and the slot after the last."""
-    # Each region before has one more entry, the end of its last cell.
+    """Return the first slot of the cells in a row of the grid, and the slot after the last item."""
+    # `cell_slots` has an entry after the last cell of each earlier region, so `region` is added.
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
     first_slot = get(state.cell_slots, world, cell + columns[0])
     end_slot = get(state.cell_slots, world, cell + columns[1])
@@ -234,7 +235,7 @@ def _eat_in_region(
             if any_of(is_touching(model, state, world, simd_block(first), x, y)):
                 for slot in range(first, min(first + lanes_in_block(), end_slot)):
                     item = state.slot_item[world, slot]
-                    # An item that was eaten in this step has a new position already.
+                    # An item can be eaten once per step, and already has its next position.
                     is_uneaten = state.touched[world, item] != step
                     if is_uneaten and is_touching(model, state, world, slot, x, y):
                         state.eaten_in_life[region, lane] += 1
@@ -244,9 +245,9 @@ def _eat_in_region(
 
 @compiled
 def eat_items(model: MiniWorldModel, state: State, world: int, agent: int, step: int) -> None:
-    """Eat every item that the agent touches, except those eaten earlier in this step.
+    """Eat every item that the agent touches, unless the item was eaten earlier in this step.
 
-    An eaten item reappears at once.
+    An eaten item immediately gets a new position.
     """
     lane = world * model.agents + agent
     if get(state.alert, 0, lane) == 0:
@@ -262,7 +263,7 @@ def eat_items(model: MiniWorldModel, state: State, world: int, agent: int, step:
 
 @compiled
 def resort_stale_cells(model: MiniWorldModel, state: State, world: int) -> None:
-    """Sort the regions whose items have moved."""
+    """Sort the regions with items that have moved since the last sorting."""
     for region in range(model.regions.shape[0]):
         if state.stale[world, region] != 0:
             sort_into_cells(model, state, world, region)
@@ -270,14 +271,14 @@ def resort_stale_cells(model: MiniWorldModel, state: State, world: int) -> None:
 
 @hook
 def raise_claim(agents: Any, world: int, item: int, claim: int) -> None:
-    """Set `agents.claims[world, item]` to at least `claim`, in one operation of the machine."""
+    """Set `agents.claims[world, item]` to at least `claim`, in one atomic operation."""
 
 
 @compiled
 def init_item(
     claims: Any, model: MiniWorldModel, state: State, world: int, region: int, item: int
 ) -> None:
-    """At the start of a lifetime: place an item, which no agent has claimed or eaten."""
+    """At the start of a lifetime: place an item, and mark it as not claimed (-1) and not eaten."""
     claims[world, item] = -1
     state.touched[world, item] = -1
     state.appearances[world, item] = 0
@@ -288,14 +289,15 @@ def init_item(
 def contend(
     agents: Any, model: MiniWorldModel, state: State, agent: int, step: int, is_eating: bool
 ) -> bool:
-    """Claim the items that an agent touches, or eat the items that it has claimed (`is_eating`).
+    """Claim the items that an agent touches. With `is_eating`, eat items with this agent's claim.
 
     Return whether the agent touches any item.
     """
     lane = agents.first_world * model.agents + agent
+    # Number of agents that eat before this agent in this step.
     turn = agent - step % model.agents
     turn = turn + model.agents if turn < 0 else turn
-    # Claims of later steps are higher. In a step, claims of earlier turns are higher.
+    # A later step has higher claims. In a step, an earlier turn has a higher claim.
     claim = 2 * (step * model.agents + model.agents - 1 - turn)
     has_touched = False
     for region in range(model.regions.shape[0]):
@@ -323,7 +325,7 @@ def _contend_in_region(
     claim: int,
     is_eating: bool,
 ) -> bool:
-    """Claim or eat the items of a region that a body at (x, y) touches. See `contend`."""
+    """Call `contend` for the items of one region, with a body at (x, y)."""
     world = agents.first_world
     has_touched = False
     radius = MAX_CONTACT_PER_REACH * model.reach

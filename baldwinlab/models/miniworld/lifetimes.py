@@ -1,4 +1,4 @@
-"""Simulator of lifetimes of MiniWorld agents: energy, learned weights and time series."""
+"""Simulator of lifetimes of MiniWorld agents, which returns results for evolution and records."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ class MiniWorldSimulator:
         self._batch = (backend or CPU).batch(experiment, seed, runs)
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
+        """Return the results of a generation with `genomes` [run, agent, module, weight]."""
         self._batch.begin(generation, genomes)
         if self._experiment.record.every is None:
             self._batch.simulate(0, self._experiment.lifetime.steps)
@@ -42,14 +43,14 @@ class MiniWorldSimulator:
 def collect_results(
     experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
 ) -> LifeResults:
-    """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
+    """Return the combined results of all repeats. `genomes` is [run, agent, module, weight]."""
     n_runs = len(genomes)
     eaten = batch.eaten_in_life()
     positions = batch.positions()
     learned_weights = batch.weights() if experiment.learns else None
     lifetimes = []
     for repeat in range(len(eaten) // n_runs):
-        # The populations of a batch are ordered by repeat, then by run.
+        # The arrays have a row for each repeat of each run, ordered by repeat, then by run.
         populations = slice(repeat * n_runs, (repeat + 1) * n_runs)
         learned = None if learned_weights is None else learned_weights[populations]
         outcomes = _Outcomes(repeat, eaten[populations], positions[populations], learned)
@@ -58,12 +59,12 @@ def collect_results(
 
 
 class _Outcomes(NamedTuple):
-    """Number of a repeat, and its results, [run, agent, ...]."""
+    """Index of a repeat, and the results of this repeat."""
 
     repeat: int
-    eaten: npt.NDArray[np.int32]
-    positions: npt.NDArray[np.float32]
-    learned: npt.NDArray[np.float32] | None
+    eaten: npt.NDArray[np.int32]  # [run, agent, row of `State.eaten_in_life`].
+    positions: npt.NDArray[np.float32]  # [run, agent, (x, y)].
+    learned: npt.NDArray[np.float32] | None  # [run, agent, weight].
 
 
 def _collect_lifetime(
@@ -72,7 +73,7 @@ def _collect_lifetime(
     genomes: npt.NDArray[np.float32],
     outcomes: _Outcomes,
 ) -> LifeResults:
-    """Return the results of one lifetime of each agent."""
+    """Return the results of one lifetime of each agent, [run, agent, ...]."""
     repeat, eaten, positions, learned_weights = outcomes
     shape = genomes.shape[:2]
     first_lane = repeat * math.prod(shape)
@@ -107,7 +108,7 @@ def _collect_lifetime(
 def eaten_by_kind(
     experiment: Experiment, eaten: npt.NDArray[np.int32]
 ) -> dict[str, npt.NDArray[np.int32]]:
-    """Return the numbers of eaten items and agents by variable of their kind, [run, agent].
+    """Return the numbers of eaten items and agents [run, agent], by variable of the eaten kind.
 
     `eaten` is [run, agent, row of `State.eaten_in_life`].
     """
@@ -125,7 +126,7 @@ def eaten_by_kind(
 def read_death_records(
     state: State, shape: tuple[int, ...], first_lane: int = 0
 ) -> dict[str, npt.NDArray[np.int32]]:
-    """Return the records of deaths by variable, [run, agent]."""
+    """Return the records of deaths [run, agent]: "alive" (1 or 0) and "age" (in steps)."""
     return {
         "alive": reshape_lanes(state.alive, shape, first_lane).astype(np.int32),
         "age": reshape_lanes(state.population.age, shape, first_lane),
@@ -143,8 +144,8 @@ def reshape_lanes(
 def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
     """Return the means of the results of several lifetimes of the same agents.
 
-    The eaten items of each region are those of all lifetimes. The learned weights and the final
-    positions are those of the first lifetime. A single lifetime is returned unchanged.
+    `eaten` is the sum over the lifetimes. The learned weights and the final positions are from the
+    first lifetime. The entry `lifetimes` has all results. A single lifetime is returned unchanged.
     """
     first_lifetime = lifetimes[0]
     if len(lifetimes) == 1:
@@ -163,12 +164,12 @@ def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
     )
 
 
-# [population, window].
+# Array [run, window].
 Series = npt.NDArray[np.float64]
 
 
 def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mapping[str, Series]:
-    """Simulate a lifetime and return the time series of `record.every`, each [run, window]."""
+    """Simulate a lifetime. Return time series by name, [run, window of `record.every` steps]."""
     steps = experiment.lifetime.steps
     interval = experiment.record.every or steps
     # A batch without items has arrays of one region.
@@ -182,10 +183,11 @@ def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mappi
         alive.append(_count_alive(experiment, batch, len(eaten)))
         births.append(_count_births(experiment, batch, len(eaten)))
         energies.append(eaten.sum(axis=1, dtype=np.float64) @ item_energies)
+    # Differences of totals since the start are the values of a window.
     totals = {"births": births, "energy_gained": energies}
     series = {name: np.diff(np.stack(values), axis=0, prepend=0) for name, values in totals.items()}
     series["agents_alive"] = np.stack(alive)
-    # The populations of a batch are ordered by repeat, then by run.
+    # Populations are ordered by repeat, then by run. The result is the mean over the repeats.
     return {
         name: np.asarray(values.T.reshape(-1, n_runs, len(values)).mean(axis=0))
         for name, values in series.items()
@@ -210,5 +212,5 @@ def _count_births(
     """Return the number of births in this lifetime, [population]."""
     if not experiment.births_in_life:
         return np.zeros(n_populations)
-    # Each population has one world. A batch on the GPU has further worlds after them.
+    # Each population has one world. On the GPU, further worlds follow that fill a thread block.
     return np.asarray(batch.state.birth_count[:n_populations].sum(axis=1), np.float64)

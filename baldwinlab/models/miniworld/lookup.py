@@ -1,10 +1,10 @@
 """Lookup tables of network outputs, for few binary inputs and networks without memory.
 
-A module whose weights do not change during life has a table of outputs, which is filled at birth.
-The reinforcement module has such a table, and the action module of agents that do not learn.
-The table has the outputs for each combination of inputs.
-If a table would be too large, or the network has a memory, the module is evaluated in every step.
-The type of the lookup selects the method, and the step is compiled for it.
+If the weights of a module do not change during life, a table stores the outputs of the module for
+each combination of inputs. The table is filled at birth, and read in each step. The reinforcement
+module has such a table, and so has the action module of agents that do not learn. A module with
+real-valued inputs, a memory or more than 6 inputs is evaluated in every step instead.
+`choose_lookup` selects one of the classes, and the step is compiled for this class.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
 
-# Maximum number of inputs of a table, which then has 64 combinations of inputs.
+# Maximum number of inputs of a table. 6 inputs have 64 combinations.
 MAX_TABLE_INPUTS: Final = 6
 
 
@@ -26,7 +26,7 @@ MAX_TABLE_INPUTS: Final = 6
 def fill_table(
     part: Any, model: MiniWorldModel, state: State, fixed_weights: Any, lane: Lane
 ) -> None:
-    """At birth: prepare the module whose weights are the first rows of `fixed_weights`."""
+    """At birth: prepare the module with the weights in the first rows of `fixed_weights`."""
 
 
 @hook
@@ -53,7 +53,7 @@ class DirectEvaluation:
 class _LookupTable(DirectEvaluation):
     """Store the outputs of a module for all combinations of inputs."""
 
-    # Column: code * actions + action, where `code` has the inputs as bits.
+    # [lane, code * actions + action]. The bits of `code` are the inputs: 5 for the inputs 1, 0, 1.
     arrays: ClassVar[dict[str, Array]] = {"outputs": per_lane("table entries")}
 
     @staticmethod
@@ -82,6 +82,7 @@ class TeacherTable(_LookupTable):
     @staticmethod
     def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
+        # The column of the first output in the table. `lane` is the row.
         column = get(state.code, 0, lane) * actions
         for k in range(actions):
             put(state.targets, k, lane, get(part.outputs, lane, column + k))
@@ -100,12 +101,13 @@ class ActionTable(_LookupTable):
 
     @staticmethod
     def compute_outputs(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-        """Do nothing, as `look_up_outputs` has set the outputs."""
+        """Do nothing, because `look_up_outputs` has set the outputs."""
 
 
 class DirectTeacher(DirectEvaluation):
-    """Evaluate both modules in every step. The reinforcement module can have its own memory."""
+    """Evaluate both modules in every step. The reinforcement module can have a separate memory."""
 
+    # Weights and activations of the reinforcement module.
     arrays: ClassVar[dict[str, Array]] = {
         "weights": per_agent("weights"),
         "activations": per_agent("units"),
@@ -133,7 +135,7 @@ class DirectTeacher(DirectEvaluation):
 
 
 def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
-    """Return the type of lookup that an experiment uses."""
+    """Return the class of the lookup of an experiment."""
     fits_table = (
         len(experiment.inputs) <= MAX_TABLE_INPUTS
         and not experiment.real_valued
@@ -145,5 +147,6 @@ def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
     return ActionTable if fits_table and not experiment.learns else DirectEvaluation
 
 
+# Set the attribute `Compiled` of each class.
 for _lookup_class in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
     make_part_type(_lookup_class, list(_lookup_class.arrays))

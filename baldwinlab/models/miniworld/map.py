@@ -29,7 +29,7 @@ def combine_masks(first_mask: Mask, second_mask: Mask) -> Mask:
     return first_mask | second_mask
 
 
-# Return whether any feature blocks placement.
+# Return whether any feature blocks a position for newborns and items.
 is_placement_blocked = for_each(blocks_placement, False, combine_masks)
 # Return whether any feature blocks movement.
 is_movement_blocked = for_each(blocks_movement, False, combine_masks)
@@ -42,7 +42,7 @@ def wrap_position(position: Value, span: np.float32) -> Value:
     Parameters
     ----------
     position : float32, or a SIMD block
-        Coordinate, in units of length. It can be outside by at most one `span`.
+        Coordinate, in units of length, at most one `span` outside the map.
     span : float32
         Width or height of the map.
 
@@ -78,7 +78,7 @@ def shortest_difference(difference: Value, span: np.float32) -> Value:
 
 @compiled
 def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, number: int) -> None:
-    """Set the position and heading of a newborn agent, uniform in the start disc.
+    """Set the heading of a newborn agent, and a position that is uniform in the start disc.
 
     The heading is 0, or random with `model.random_headings`. `number` selects the random numbers.
     """
@@ -87,7 +87,7 @@ def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, n
     center_x = model.start[0]
     center_y = model.start[1]
     radius = model.start[2]
-    # A position in the disc of radius 1.
+    # Position in units of the radius, relative to the center. The loop replaces (1, 1).
     x = ONE
     y = ONE
     attempt = 0
@@ -120,6 +120,7 @@ def apply_motor_noise(
     model: MiniWorldModel, state: State, world: int, lane: int, agent: int, step: int
 ) -> None:
     """Replace the chosen action by a random action, with probability `model.action_noise`."""
+    # The first word decides whether the action is replaced, and the second word chooses an action.
     words = philox(
         step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
     )
@@ -130,7 +131,7 @@ def apply_motor_noise(
 
 @compiled
 def _move_unless_blocked(features: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Move the agents. A blocked agent stays at its old position."""
+    """Move the agents. A blocked agent stays at the old position."""
     old_x = get(state.positions, 0, lane)
     old_y = get(state.positions, 1, lane)
     move(state.body, model, state, lane)
@@ -143,7 +144,7 @@ def _move_unless_blocked(features: Any, model: MiniWorldModel, state: State, lan
 
 @compiled
 def _move_freely(features: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Move the agents, if no feature blocks movement."""
+    """Move the agents, for experiments without world features."""
     move(state.body, model, state, lane)
 
 

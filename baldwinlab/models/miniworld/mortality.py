@@ -30,7 +30,7 @@ from baldwinlab.parts.learning_rules import learn
 
 @compiled
 def _learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-    """Let the agents that are alive learn, and count their steps."""
+    """Let the agents that are alive learn, and count the learning steps of each agent."""
     first = first_lane(lane)
     has_dead_agents = any_of(get(state.alive, 0, lane) <= ZERO)
     if has_dead_agents:
@@ -44,9 +44,9 @@ def _learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lan
 
 
 class MortalPopulation(FixedPopulation):
-    """One species, whose agents can die or do not eat all items."""
+    """One species with agents that can die, or that do not eat all items."""
 
-    # Whether the agents eat the items of a region.
+    # [region]: 1 if the agents eat the items of the region, otherwise 0.
     values: ClassVar[Sequence[str]] = ("eaten_regions",)
     arrays: ClassVar[Mapping[str, Array]] = {
         # Number of steps from birth to death or to the current step.
@@ -110,9 +110,9 @@ make_part_type(MortalPopulation, [*MortalPopulation.values, *MortalPopulation.ar
 
 
 class ReproducingPopulation(MortalPopulation):
-    """One species, whose agents can be born during the lifetimes of other agents.
+    """One species with agents that can be born during the lifetimes of other agents.
 
-    The steps in which an agent learns are counted from its birth.
+    The steps in which an agent learns are counted from the birth of the agent.
     """
 
     values: ClassVar[Sequence[str]] = (*MortalPopulation.values, *CHILD_VALUES)
@@ -124,12 +124,13 @@ class ReproducingPopulation(MortalPopulation):
 
     @staticmethod
     def learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        # No agent is older than the lifetime.
+        # No agent is older than the lifetime. So all agents are young in the first steps.
         if step < model.learning_steps:
             _learn_living(part, model, state, step, lane)
         else:
             first = first_lane(lane)
             for column in range(first, first + lanes_of(lane)):
+                # `count_step` has already counted this step.
                 is_young = part.age[0, column] <= model.learning_steps
                 if state.alive[0, column] > ZERO and is_young:
                     learn(state.rule, model, state, step, column)

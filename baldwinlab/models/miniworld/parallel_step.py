@@ -1,8 +1,8 @@
 """Steps of a large world, which a team of threads simulates. The results are those of `step.py`.
 
-A thread simulates a range of lanes. It takes a *tile* of its lanes through all phases before the
-next tile, so that the arrays of the tile remain in the cache. The threads wait for each other
-before and after they change items, and around hooks that read other agents.
+`cpu.py` starts the threads. A thread simulates all phases of a step for a *tile*, a group of lanes,
+before the next tile, so that the arrays of a tile remain in the cache. The threads wait for each
+other before and after items change, and around hooks that read other agents.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from baldwinlab.models.miniworld.step import (
 )
 from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
 
-# Minimum number of items of a region that all threads sort together. Each thread sorts some of the
-# smaller regions.
+# Minimum number of items of a region that all threads sort together. A single thread sorts a
+# smaller region.
 MIN_SHARED_ITEMS: Final = 4096
-# Number of SIMD blocks of a row of cells that are loaded before a scan. Few rows have more.
+# Number of SIMD blocks of a row of cells that are loaded before a scan. Few rows have more blocks.
 PREFETCHED_BLOCKS: Final = 2
 # Bit of `State.alert` of an agent that has claimed an item in this step.
 _CLAIM_BIT: Final = 16
-# Number of lanes in a tile. Their weights and activations fit the second-level cache.
+# Number of lanes in a tile. The weights and activations of a tile fit the second-level cache.
 TILE_LANES: Final = 16 * WIDTH
 # The only world of the batch.
 _WORLD: Final = 0
@@ -60,9 +60,9 @@ class SharedArrays(NamedTuple):
     """A thread of a team, and the arrays that the team shares."""
 
     team: Team
-    # Scratch: number of items of a thread in a cell, then their next slot, [thread, cell].
+    # Scratch [thread, cell]: number of items of a thread in a cell, then the next slot of an item.
     counts: npt.NDArray[np.int32]
-    totals: npt.NDArray[np.int64]  # Scratch: number of items in the cells of a thread, [thread].
+    totals: npt.NDArray[np.int64]  # Scratch [thread]: number of items in the cells of a thread.
 
 
 @compiled
@@ -76,7 +76,7 @@ def claim_items(agents: Any, model: MiniWorldModel, state: State, step: int) -> 
 
 @compiled
 def eat_claimed_items(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Let the agents of a range eat the items of which they have the highest claim."""
+    """Let each agent of a range eat the items for which this agent has the highest claim."""
     for agent in range(agents.first_agent, agents.end_agent):
         alert = get(state.alert, 0, agent)
         if alert & _CLAIM_BIT != 0:
@@ -86,7 +86,7 @@ def eat_claimed_items(agents: Any, model: MiniWorldModel, state: State, step: in
 
 @compiled
 def prefetch_items(model: MiniWorldModel, state: State, agents: tuple[int, int]) -> None:
-    """Load the items in sorted regions near the agents of a range into the cache.
+    """Load the items near the agents `agents[0]` to `agents[1]` - 1 into the cache.
 
     The agents are at random positions, so a scan would wait for the memory of each row of cells.
     """
@@ -94,6 +94,7 @@ def prefetch_items(model: MiniWorldModel, state: State, agents: tuple[int, int])
     for region in range(model.regions.shape[0]):
         is_sorted = not has_single_cell(model, region)
         has_one_image = model.images[region] == 1
+        # The range is empty for other regions, which are small or need several scans.
         for agent in range(agents[0], agents[1] if is_sorted and has_one_image else agents[0]):
             if get(state.near, 0, agent) > HALF:
                 columns = find_cells_within(
@@ -104,7 +105,7 @@ def prefetch_items(model: MiniWorldModel, state: State, agents: tuple[int, int])
                 )
                 for row in range(first_row, end_row):
                     first_slot, _ = find_slots_in_row(model, state, _WORLD, region, row, columns)
-                    # A loop to the last slot would be mispredicted.
+                    # The processor would mispredict the end of a loop over all slots.
                     for block in range(PREFETCHED_BLOCKS):
                         prefetch(state.slot_x, _WORLD, first_slot + block * WIDTH)
                         prefetch(state.slot_y, _WORLD, first_slot + block * WIDTH)
@@ -123,7 +124,7 @@ def place_items(agents: Any, model: MiniWorldModel, state: State) -> None:
 
 @compiled
 def sort_regions(shared: SharedArrays, model: MiniWorldModel, state: State, is_start: bool) -> None:
-    """Sort the regions whose items have moved, or all regions at the start of a lifetime."""
+    """Sort the regions with moved items, or all regions at the start of a lifetime."""
     team = shared.team
     for region in range(model.regions.shape[0]):
         items = model.region_items[region + 1] - model.region_items[region]
@@ -151,6 +152,7 @@ def _sort_together(shared: SharedArrays, model: MiniWorldModel, state: State, re
         cell = get(state.item_cell, _WORLD, item)
         put(counts, team.thread, cell, get(counts, team.thread, cell) + 1)
     wait_for_team(team)
+    # All threads have read `stale` before the barrier, and all set the same value.
     state.stale[_WORLD, region] = 0
     _assign_slots(shared, model, state, region, share_of_thread(team, first_cell, end_cell))
     wait_for_team(team)
@@ -167,7 +169,10 @@ def _sort_together(shared: SharedArrays, model: MiniWorldModel, state: State, re
 def _assign_slots(
     shared: SharedArrays, model: MiniWorldModel, state: State, region: int, cells: tuple[int, int]
 ) -> None:
-    """Set the first slots of the cells of a thread, and of the items of each thread in a cell."""
+    """Set the first slot of each cell in a range, and `counts` to the slots of the threads.
+
+    In a cell, the items of a thread follow the items of earlier threads, as in `sort_into_cells`.
+    """
     team = shared.team
     counts = shared.counts
     total = 0
@@ -185,18 +190,19 @@ def _assign_slots(
             count = get(counts, thread, cell)
             put(counts, thread, cell, slot)
             slot += count
+    # The last thread also sets the end of the last cell.
     if team.thread == team.threads - 1:
         put(state.cell_slots, _WORLD, cells[1] + region, slot)
 
 
 @hook
 def select_tile(agents: Any, model: MiniWorldModel, first_lane: int) -> Any:
-    """Return the agents of the tile that starts at a lane. They have the type of `agents`."""
+    """Return the ranges of the tile that starts at a lane, with the type of `agents`."""
     return agents
 
 
 class _IndependentAgents:
-    """Hooks for agents that are independent until they eat."""
+    """Hooks for agents, if no part reads other agents. A thread divides its lanes into tiles."""
 
     observe_others_per_world = staticmethod(observe_others_per_world.default)
     wait_for_agents = staticmethod(wait_for_agents.default)
@@ -209,12 +215,12 @@ class _IndependentAgents:
     def prepare_senses_per_world(
         agents: Any, model: MiniWorldModel, state: State, step: int
     ) -> None:
-        """Load the items near the agents. No sense reads other agents."""
+        """Load the items near the agents into the cache. No sense has a hook `prepare_senses`."""
         prefetch_items(model, state, (agents.first_agent, agents.end_agent))
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-        """Only claim the items. The agents eat after all tiles."""
+        """Claim the items. `eat_claimed_items` follows after all threads have claimed."""
         claim_items(agents, model, state, step)
 
     @staticmethod
@@ -238,7 +244,7 @@ class _IndependentAgents:
 
 
 class _DependentAgents(_IndependentAgents):
-    """Hooks for agents, if a part has a per-world hook. All lanes of a thread are one tile."""
+    """Hooks for agents, if a part reads other agents. All lanes of a thread are one tile."""
 
     select_tile = staticmethod(select_tile.default)
 
@@ -265,7 +271,7 @@ class _DependentAgents(_IndependentAgents):
         wait_for_team(agents.shared.team)
 
 
-# `shared` has the type `SharedArrays`.
+# The field `shared` is a `SharedArrays`.
 IndependentAgents = make_part_type(_IndependentAgents, (*CONTENDING_AGENTS, "shared"))
 DependentAgents = make_part_type(_DependentAgents, (*CONTENDING_AGENTS, "shared"))
 
@@ -300,7 +306,7 @@ def _init_agents(agents: Any, model: MiniWorldModel, state: State) -> None:
 
 @compiled
 def _prefetch_weights(tile: Any, state: State) -> None:
-    """Load the weights of a tile row by row. The processor cannot predict the rows of a block."""
+    """Load the weights of a tile into the cache. The processor cannot predict these accesses."""
     for weight in range(state.weights.shape[0]):
         for lane in range(tile.first_lane, tile.end_lane, WIDTH):
             prefetch(state.weights, weight, lane)
@@ -308,7 +314,7 @@ def _prefetch_weights(tile: Any, state: State) -> None:
 
 @compiled
 def _take_team_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Let the agents of a thread take a step, and change the items with the other threads."""
+    """Let the agents of a thread take a step, and sort the items together with other threads."""
     team = agents.shared.team
     tile = select_tile(agents, model, agents.first_lane)
     _prefetch_weights(tile, state)
@@ -337,7 +343,7 @@ def simulate_in_team(
     first_step: int,
     last_step: int,
 ) -> None:
-    """Simulate the steps from `first_step` to `last_step` - 1 of the agents of a thread.
+    """Simulate the steps from `first_step` to `last_step` - 1 for the agents of a thread.
 
     All threads of a team call this function. If `is_start`, initialize the generation first.
     """

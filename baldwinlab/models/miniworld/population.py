@@ -1,9 +1,9 @@
-"""Hooks for what differs between populations: deaths, diets, and several species in a world.
+"""Hooks that differ between populations: deaths, diets, and several species in a world.
 
-`State.population` has the type of one of these classes, and the step is compiled for it:
+`State.population` has the type of one of these classes, for which the step is compiled:
 
-- `FixedPopulation`: one species without births and deaths during life, whose agents eat all items.
-  Its hooks add no code.
+- `FixedPopulation`: one species without births and deaths during life. All agents eat all items.
+  The hooks add no code.
 - `MortalPopulation` (`mortality.py`): agents that can die, or that do not eat all items.
 - `ReproducingPopulation` (`mortality.py`): agents that can be born during the lifetimes of others.
 - `SpeciesPopulation` (`species_step.py`): one of several species that share a world.
@@ -24,13 +24,13 @@ from baldwinlab.parts.learning_rules import learn
 
 @hook
 def agent_number(part: Any, agent: int) -> int:
-    """Return the number of an agent among the agents of all species of its world."""
+    """Return the index of an agent among the agents of all species of the world."""
     return agent
 
 
 @hook
 def newborn_number(part: Any, model: MiniWorldModel, birth: int) -> int:
-    """Return the number of a newborn. No other agent of the lifetime has it.
+    """Return the unique number of a newborn agent, which selects the random numbers of this agent.
 
     `birth` is the number of earlier births of the species in this world during the lifetime.
     """
@@ -56,7 +56,7 @@ def eats_region(part: Any, region: int) -> bool:
 
 @hook
 def exclude_dead(part: Any, state: State, lane: Lane) -> None:
-    """Before sensing: set `near` of dead agents to 0, so that they do not sense."""
+    """Before sensing: set `near` of dead agents to 0, so that dead agents do not sense."""
 
 
 @hook
@@ -67,7 +67,7 @@ def move_living(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> N
 
 @hook
 def has_learners(part: Any, model: MiniWorldModel, step: int) -> bool:
-    """Return whether an agent can learn in a step: the last learning step of all is not over."""
+    """Return whether any agent can learn in a step."""
     return step < model.learning_steps
 
 
@@ -83,11 +83,11 @@ def count_step(part: Any, state: State, lane: Lane) -> None:
 
 
 class SpeciesScan(NamedTuple):
-    """An agent that senses other species, and the part of its sense.
+    """An agent that senses other species, and the compiled part of the sense.
 
-    `sense.target_number` is the number of a species, or -1 for all other species.
+    `sense.target_number` is the index of a species, or -1 for all other species.
     `sense.distances` [3, lane]: distance of the nearest visible agent in the left, front and right
-    sector, infinite without such an agent.
+    sector. The distance is infinite without such an agent.
     """
 
     sense: Any
@@ -97,13 +97,13 @@ class SpeciesScan(NamedTuple):
 
 @hook
 def see_species(part: Any, model: MiniWorldModel, state: State, scan: SpeciesScan) -> None:
-    """Measure `scan.sense.distances` of an agent."""
+    """Set `scan.sense.distances` of an agent. By default, no species is visible."""
     for sector in range(3):
         scan.sense.distances[sector, scan.world * model.agents + scan.agent] = INFINITY
 
 
 class FixedPopulation:
-    """One species without births and deaths during life, whose agents eat all items."""
+    """One species without births and deaths during life. All agents eat all items."""
 
     arrays: ClassVar[Mapping[str, Array]] = {}
     values: ClassVar[Sequence[str]] = ()

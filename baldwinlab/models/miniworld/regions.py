@@ -1,6 +1,6 @@
 """Regions and kinds of the items of an experiment, and the energy that agents gain from items.
 
-A learning rule needs three lines, and then reads `get(part.energy_gained, 0, lane)` in `learn`:
+A learning rule with these lines can read `get(part.energy_gained, 0, lane)` in the hook `learn`:
 
     class Rewarded(SynapticRule, name="rewarded"):
         arrays = ENERGY_ARRAYS
@@ -38,7 +38,7 @@ def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
     Returns
     -------
     tuple of ItemRegion
-        Kind, edges, number and energy of the items. The index is the region in hooks.
+        Kind, edges, number and energy of the items. The index is the argument `region` of hooks.
     """
     food = tuple(
         ItemRegion(
@@ -57,7 +57,7 @@ def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
 
 
 def item_kinds(experiment: Experiment) -> tuple[str, ...]:
-    """Return the kinds of items by number. Kind 0 is food, even if there is no food.
+    """Return the kinds of items. Kind 0 is food, even if there is no food.
 
     Parameters
     ----------
@@ -73,18 +73,18 @@ def item_kinds(experiment: Experiment) -> tuple[str, ...]:
 
 
 def eaten_energies(experiment: Experiment) -> list[float]:
-    """Return the energies of what an agent eats: items by region, then agents by species.
+    """Return the energy of an eaten item of each region, then of an agent of each prey species.
 
-    They are the energies of the rows of `State.eaten_in_life`.
+    The order is that of the rows of `State.eaten_in_life`.
     """
     energies = [region.energy for region in item_regions(experiment)]
     prey_energies = [prey.energy for prey in experiment.eats.prey]
-    # Without regions, the arrays have a row for items.
+    # Without regions, `State.eaten_in_life` also has a row for items.
     return [*(energies or [0.0]), *prey_energies] if prey_energies else energies
 
 
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
-    """Return a function for `derived` of a part: the number of a kind of items.
+    """Return a function for `derived` of a part, which returns the index of a kind of items.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
     Returns
     -------
     Callable
-        Function of (part, experiment). It returns the number, or -1 without such items.
+        Function of (part, experiment). It returns the index, or -1 if no item has the kind.
     """
     return lambda part, experiment: (
         item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
@@ -109,28 +109,28 @@ ENERGY_ARRAYS: Final[Mapping[str, Array]] = {
     "energy": per_agent(1),
     "energy_gained": per_agent(1),
 }
-"""Arrays of a part that calls `update_energy`: energy gained in life, and in the last step."""
+"""Arrays of a part that calls `update_energy`: energy gained since birth, and in the last step."""
 
 
 @compiled
 def energy_in_life(part: Any, state: State, lane: int) -> np.float32:
-    """Return the energy that an agent has gained since its birth.
+    """Return the energy that an agent has gained since birth.
 
-    It reads integers, so a per-agent hook for SIMD blocks cannot call it.
+    A per-agent hook for SIMD blocks cannot call this function, because it reads integers.
 
     Parameters
     ----------
     part : NamedTuple
         Part with the derived values `ENERGY_VALUES`.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     lane : int
         Column of the agent.
 
     Returns
     -------
     float32
-        Sum of the energies of the eaten items.
+        Sum of the energies of the eaten items and agents.
     """
     energy = ZERO
     for region in range(part.energies.size):
@@ -151,7 +151,7 @@ def reset_energy(part: Any, model: MiniWorldModel, state: State, world: int, age
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -164,8 +164,8 @@ def reset_energy(part: Any, model: MiniWorldModel, state: State, world: int, age
 def update_energy(part: Any, model: MiniWorldModel, state: State, world: int, step: int) -> None:
     """Update the energies of all agents, as the hook `observe_others` of a learning rule.
 
-    Agents eat after they learn. `part.energy_gained` is the energy of the items that an agent has
-    eaten since the last call, at the end of the previous step.
+    Agents eat after they learn. So `part.energy_gained` is the energy of the items that an agent
+    ate at the end of the previous step.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def update_energy(part: Any, model: MiniWorldModel, state: State, world: int, st
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world : int
         Index of the world.
     step : int

@@ -25,7 +25,7 @@ from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.parts.model_part import LifeResults
 
 Sizes = tuple[int, ...]
-"""Number of agents of each species."""
+"""Number of agents of each species, [species]."""
 
 
 class SpeciesSimulator:
@@ -51,13 +51,13 @@ class SpeciesSimulator:
         """Return the results of a generation.
 
         `genomes` [run, agent, module, weight]: genomes at birth, species after species. A species
-        uses its first modules and weights. `sizes` [run, species]: number of agents of each
-        species.
+        with fewer modules or weights uses the first of them. `sizes` [run, species]: number of
+        agents of each species.
         """
         runs_by_sizes: dict[Sizes, list[int]] = {}
         for run_index, run_sizes in enumerate(sizes.tolist()):
             runs_by_sizes.setdefault(tuple(run_sizes), []).append(run_index)
-        # Batches of other sizes are freed.
+        # A batch has runs of equal sizes. Batches that this generation does not use are freed.
         batches = self._batches
         self._batches = {}
         results = []
@@ -94,9 +94,10 @@ def make_species_batch(
     genomes: npt.NDArray[np.float32],
     species: SpeciesIndices,
 ) -> SpeciesBatch:
-    """Return a batch of one run with several species before its first step.
+    """Return a batch of one run with several species, before the first step.
 
-    `genomes` [agent, module, weight] are those of all agents, and `species` [agent] their species.
+    `genomes` [agent, module, weight]: genomes, species after species. `species` [agent]: index of
+    the species of each agent.
     """
     settings = experiment.at(generation)
     sizes = count_agents(species, len(experiment.population.species)).tolist()
@@ -124,7 +125,7 @@ def _collect_species(
     genomes: npt.NDArray[np.float32],
     has_deaths: bool,
 ) -> LifeResults:
-    """Return the results of a species for each run of a batch."""
+    """Return the results [run, agent, ...] of one species of a batch."""
     eaten = view.eaten_in_life()
     weights = view.weights()
     shape = genomes.shape[:2]
@@ -150,10 +151,9 @@ def _collect_species(
 
 
 def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
-    """Return the results of all agents of a batch, from those of each species.
+    """Return the results of all agents of a batch, from the results of each species.
 
-    The value of a record that a species does not have is 0. Learned weights and eaten kinds that a
-    species does not have are 0, too.
+    Records, weights and eaten kinds that a species does not have are 0.
     """
     names = dict.fromkeys(name for species in results for name in species.records)
 
@@ -175,7 +175,7 @@ def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
 
 
 def _join_columns(arrays: Sequence[npt.NDArray[Any] | None]) -> npt.NDArray[Any]:
-    """Return arrays [run, agent, column] as one, with 0 in the columns that an array lacks."""
+    """Join arrays [run, agent, column] along the agents, with 0 in columns that an array lacks."""
     existing = [array for array in arrays if array is not None]
     n_columns = max(array.shape[2] for array in existing)
     padding = [((0, 0), (0, 0), (0, n_columns - array.shape[2])) for array in existing]
@@ -183,7 +183,7 @@ def _join_columns(arrays: Sequence[npt.NDArray[Any] | None]) -> npt.NDArray[Any]
 
 
 def _order_runs(results: Sequence[LifeResults], runs: Sequence[int]) -> LifeResults:
-    """Return the results of all batches, in the order of the numbers of their `runs`."""
+    """Join the results of batches, sorted by run. `runs` are indices in the order of batches."""
     order = np.argsort(runs)
 
     def join(values: Sequence[npt.NDArray[Any] | None]) -> Any:

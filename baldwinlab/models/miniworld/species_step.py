@@ -1,12 +1,12 @@
-"""One time step of several species that share a world: their senses, predation and phases.
+"""One time step of several species that share a world, with predation between species.
 
-Each species has its own model and state. Arrays with a column for each agent of the world, in the
-order of the species, are the same arrays in the populations of all species.
+Each species has a separate model and state. `backends/species.py` allocates these. The populations
+of all species share the arrays `SHARED_ARRAYS`, which have a column for each agent of the world.
 
-Each phase of the step (`step.py`) is called for all species before the next phase. The order of the
-agents is that of one population: species after species, and in each step another agent is the first
-to eat. Two species with equal settings therefore give the results of one population of their
-agents, if no agent senses or imitates others.
+Each phase of the step (`step.py`) is called for all species before the next phase. The agents are
+in one order: species after species. In each step, another agent is the first to eat. Two species
+with equal settings therefore give the same results as one population with all agents, if no agent
+senses or imitates others.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from baldwinlab.parts.births_and_deaths import die
 from baldwinlab.parts.world_features import LineOfSight
 
 SHARED_ARRAYS: Final = ("x", "y", "living")
-"""Arrays [world, agent of any species]: position, and 1 for agents that are alive."""
+"""Arrays [world, agent of any species]: x, y, and 1 for an agent that is alive, otherwise 0."""
 
 
 class SpeciesPopulation(ReproducingPopulation):
@@ -48,18 +48,18 @@ class SpeciesPopulation(ReproducingPopulation):
 
     values: ClassVar[Sequence[str]] = (
         *ReproducingPopulation.values,
-        # Number of the species, and the number of its first agent.
+        # Index of the species, and index of the first agent of the species in the world.
         "species",
         "first_agent",
         # Number of agents of all species, and number of species.
         "all_agents",
         "n_species",
-        # Species of each agent of the world.
+        # [agent of the world]: index of the species.
         "species_of_agents",
-        # Row of `State.eaten_in_life` for the eaten agents of each species, or -1.
+        # [species]: row of `State.eaten_in_life` for eaten agents, or -1.
         "prey_rows",
         "has_prey",
-        # Features whose hook `end_step` is called for the species.
+        # Features with the hook `end_step` that is called for this species.
         "stepped_features",
         *SHARED_ARRAYS,
     )
@@ -111,7 +111,7 @@ make_part_type(SpeciesPopulation, [*SpeciesPopulation.values, *SpeciesPopulation
 
 @compiled
 def publish_agents(model: MiniWorldModel, state: State) -> None:
-    """Copy the positions of the agents of a species, and whether they are alive, for the others."""
+    """Copy the positions and `alive` of the agents of a species to `SHARED_ARRAYS`."""
     part = state.population
     for world in range(model.worlds):
         for agent in range(model.agents):
@@ -124,7 +124,7 @@ def publish_agents(model: MiniWorldModel, state: State) -> None:
 
 @compiled
 def remove_eaten_agents(model: MiniWorldModel, state: State) -> None:
-    """Let the agents of a species die that other agents ate in this step."""
+    """Let the eaten agents of a species die: `_eat_agents` has set `living` to 0."""
     part = state.population
     for world in range(model.worlds):
         for agent in range(model.agents):
@@ -158,9 +158,9 @@ def _eat_agents(model: MiniWorldModel, state: State, world: int, agent: int) -> 
 def eat_in_turn(
     model: MiniWorldModel, state: State, world: int, step: int, first_number: int, end_number: int
 ) -> None:
-    """Let the agents with the numbers `first_number` to `end_number` - 1 eat, in their order.
+    """Let the agents of a species with indices from `first_number` to `end_number` - 1 eat.
 
-    The numbers count the agents of all species. Other agents of the species do not eat.
+    The indices count the agents of all species. Other agents of the species do not eat.
     """
     part = state.population
     first = max(first_number - part.first_agent, 0)
@@ -174,7 +174,10 @@ def eat_in_turn(
 
 @compiled
 def _init_species(species: Any) -> None:
-    """Initialize a generation of a species. The items get the same positions for each species."""
+    """Initialize a generation of a species.
+
+    The species share the items, which get the same positions in each call.
+    """
     model, state = species
     init_generation(model, state)
     publish_agents(model, state)
@@ -182,7 +185,7 @@ def _init_species(species: Any) -> None:
 
 @compiled
 def _sense_species(species: Any, step: int) -> None:
-    """Set the inputs of the agents of a species, and compute their outputs."""
+    """Set the inputs of the agents of a species, and compute the outputs."""
     model, state = species
     agents = all_agents(model, state)
     sense_environment(agents, model, state, step)
@@ -207,14 +210,14 @@ def _teach_species(species: Any, step: int) -> None:
 
 @compiled
 def _feed_species(species: Any, world: int, step: int, first_number: int, end_number: int) -> None:
-    """Let the agents of a species with the numbers of a range eat."""
+    """Call `eat_in_turn` for a species, which is a pair of a model and a state."""
     model, state = species
     eat_in_turn(model, state, world, step, first_number, end_number)
 
 
 @compiled
 def _end_species_step(species: Any, step: int) -> None:
-    """Remove the eaten agents of a species, and call its features."""
+    """Remove the eaten agents of a species, and call the hook `end_step` of features."""
     model, state = species
     remove_eaten_agents(model, state)
     for world in range(model.worlds):
@@ -233,7 +236,7 @@ _end_step_of_all = for_each_part(_end_species_step)
 
 @compiled
 def _simulate_steps(all_species: Any, is_start: bool, first_step: int, last_step: int) -> None:
-    """Simulate steps of all species, which are pairs of references of a model and a state."""
+    """Simulate steps of all species. Each species is a pair: references to a model and a state."""
     if is_start:
         _init_all(all_species)
     first_model, first_state = all_species[0]
@@ -242,7 +245,7 @@ def _simulate_steps(all_species: Any, is_start: bool, first_step: int, last_step
         _sense_all(all_species, step)
         _move_all(all_species, step)
         _teach_all(all_species, step)
-        # In each step, another agent is the first to eat.
+        # The agents eat in the order turn, ..., n_agents - 1, 0, ..., turn - 1.
         turn = step % n_agents
         for world in range(first_model.worlds):
             _feed_all(all_species, world, step, turn, n_agents)
@@ -254,14 +257,14 @@ def _simulate_steps(all_species: Any, is_start: bool, first_step: int, last_step
 def _simulate_referenced(
     referenced: Any, remaining: Any, is_start: bool, first_step: int, last_step: int
 ) -> None:
-    """Replace the tuples of `remaining` by references, then simulate steps of all species."""
+    """Simulate steps of all species. Compiled code first replaces `remaining` by references."""
     _simulate_steps((*referenced, *remaining), is_start, first_step, last_step)
 
 
 def _choose_simulate_referenced(
     referenced: Any, remaining: Any, is_start: Any, first_step: Any, last_step: Any
 ) -> Any:
-    """Return `_simulate_referenced` for the number of species in `remaining`."""
+    """Return the compiled form, which is recursive: one call for each species in `remaining`."""
     if len(remaining) == 0:
         return lambda referenced, remaining, is_start, first_step, last_step: _simulate_steps(
             referenced, is_start, first_step, last_step

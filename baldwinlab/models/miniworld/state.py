@@ -1,13 +1,14 @@
 """Data of compiled hooks: constants of a lifetime in `MiniWorldModel`, variables in `State`.
 
 A batch simulates several worlds of the same experiment and generation at the same time.
+`allocation.py` creates a model and a state for each batch.
 
 Conventions:
 
-- Each agent has a *lane*, its column in the arrays `[row, lane]`.
+- Each agent has a *lane*: the index of a column in the arrays `[row, lane]`.
   The lane of an agent is `world * model.agents + agent`.
 - The number of lanes is a multiple of the width of a SIMD block.
-  The lanes after the last agent are computed, and their results are not used.
+  Code also computes the lanes after the last agent, and ignores the results.
 - x grows to the right and y grows downwards. Positions are in [0, width) and [0, height).
 - A heading is a whole number of turns of 9 degrees, clockwise from +x, in [0, 40).
 - The map is a torus: opposite edges are connected.
@@ -15,9 +16,8 @@ Conventions:
   In a trace, a negative x means that an item or agent is not on the map.
 - Input k of the network is the row k of `activations`, in the order of `senses.kinds`.
   The outputs are the last rows.
-- The weights of a module are numbered layer by layer, from the inputs.
-  Within a layer, the source unit is the slower index and the target unit is the faster index.
-  With biases, the biases of a layer follow its weights.
+- The weights of a module are ordered by layer, then by source unit, then by target unit.
+  The biases of a layer follow the weights of this layer.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Counts = npt.NDArray[np.int64]
 Unsigned = npt.NDArray[np.uint32]
 
 HEADING_COUNT: Final = 40
-"""Number of headings: an agent turns by 9 degrees."""
+"""Number of headings, which are multiples of 9 degrees."""
 FOOD: Final = "food"
 """Kind of the items that the experiment declares as food."""
 STRIDE: Final = 2.0
@@ -344,4 +344,4 @@ ARRAYS_OF_CALLER: Final = ("keys", "generation", "genome")
 ARRAYS: Final[Mapping[str, Array]] = find_sources(State, Array)
 """Arrays of a state."""
 CHOSEN_PARTS: Final[Mapping[str, ChosenPart]] = find_sources(State, ChosenPart)
-"""Parts of a state that settings choose. The other fields that are no arrays are parts, too."""
+"""Settings that choose a part of a state, by field. The engine chooses the other parts."""

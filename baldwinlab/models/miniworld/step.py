@@ -6,7 +6,7 @@ The type of the argument `agents` selects the agents that take a step:
 
 - `AllAgents`: all agents of a batch, one SIMD block at a time, phase by phase.
 - `SingleAgent`: one agent, for the sequential update (interpretation R7).
-- A backend can add its own types (`cuda_kernels.py`), which contain its barriers.
+- A backend can add types that contain barriers, for example in `cuda_kernels.py`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from baldwinlab.parts.learning_rules import observe_others
 from baldwinlab.parts.senses import prepare_senses
 from baldwinlab.parts.world_features import end_step
 
-# Fields of `agents`: ranges of lanes, worlds and agents, whose ends are exclusive.
+# Fields of `agents`: ranges of lanes, worlds and agents. The end of a range is exclusive.
 AGENT_RANGES: Final = (
     "first_lane",
     "end_lane",
@@ -55,8 +55,8 @@ AGENT_RANGES: Final = (
     "first_agent",
     "end_agent",
 )
-# Fields of `agents` that eat at the same time (`contend`). `claims` is the highest claim of
-# each item, [world, item]. It is odd after the item was eaten.
+# Fields of `agents` that eat at the same time (`contend`). `claims` [world, item] is the highest
+# claim of each item. An odd claim means that the item was eaten.
 CONTENDING_AGENTS: Final = (*AGENT_RANGES, "claims")
 
 end_step_of_features = for_each_part(end_step)
@@ -65,7 +65,7 @@ prepare_all_senses = for_each_part(prepare_senses)
 
 @hook
 def lane_of(agents: Any, first: int) -> Lane:
-    """Return the lane `first`, or the SIMD block that starts with it."""
+    """Return the lane `first`, or the SIMD block that starts at this lane."""
     return first
 
 
@@ -81,7 +81,7 @@ def observe_others_per_world(agents: Any, model: MiniWorldModel, state: State, s
 
 @hook
 def wait_for_agents(agents: Any) -> None:
-    """Wait until all agents of the world have learned, if they take their steps in parallel."""
+    """Wait until all agents of the world have learned, if several threads simulate the world."""
 
 
 @hook
@@ -100,7 +100,7 @@ def take_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> No
 
 @compiled
 def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Set the inputs of the agents."""
+    """Set the inputs of the agents. `state.near_agents` lists the agents that sense."""
     for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         mark_agents_near_regions(model, state, lane_of(agents, first))
         exclude_dead(state.population, state, lane_of(agents, first))
@@ -140,6 +140,7 @@ def learn_from_step(agents: Any, model: MiniWorldModel, state: State, step: int)
     """Observe other agents, and learn."""
     is_learning = has_learners(state.population, model, step)
     if is_learning:
+        # The hooks of the rule, such as `observe_others`, read the weights of the shadow.
         for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
             load_shadow(state.control, model, state, lane_of(agents, first))
     observe_others_per_world(agents, model, state, step)
@@ -182,11 +183,10 @@ class _AllAgents:
             for agent in range(model.agents):
                 any_alert |= get(state.alert, 0, world * model.agents + agent)
             if any_alert != 0:
-                # In each step, another agent is the first to eat.
+                # In each step, another agent is the first to eat. Agent 0 follows the last agent.
                 agent = step % model.agents
                 for _ in range(model.agents):
                     eat_items(model, state, world, agent, step)
-                    # Agent 0 follows the last agent.
                     agent = agent + 1 if agent + 1 < model.agents else 0
             resort_stale_cells(model, state, world)
 
@@ -222,7 +222,7 @@ SingleAgent = make_part_type(_SingleAgent, AGENT_RANGES)
 
 @compiled
 def all_agents(model: MiniWorldModel, state: State) -> Any:
-    """Return the ranges of all agents of a batch."""
+    """Return the ranges of all agents of a batch, and of the unused lanes after the last agent."""
     return AllAgents(
         first_lane=0,
         end_lane=state.positions.shape[1],
@@ -271,9 +271,9 @@ def simulate_simultaneous(
 def simulate_sequential(
     model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
 ) -> None:
-    """Simulate steps as `simulate_simultaneous`, but one agent after another (R7).
+    """Simulate steps as `simulate_simultaneous`, but one agent after another (interpretation R7).
 
-    In each step, another agent is the first.
+    Agent `step % model.agents` is the first agent of a step.
     """
     model = as_pointer(model)
     state = as_pointer(state)

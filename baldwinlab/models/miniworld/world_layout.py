@@ -1,11 +1,11 @@
 """Distribution of the agents of several runs over the worlds of a batch.
 
-A population has `population.worlds` worlds, and each lifetime is repeated `lifetime.repeats` times.
+A population has `population.worlds` worlds, and each agent has `lifetime.repeats` lifetimes.
 World 0 of the first repeat has the key (seed, run) of random numbers. The keys of all other worlds
-are drawn from it. A world is therefore independent of the number of worlds and of repeats.
+are drawn with this key, so that a world does not depend on the numbers of worlds and repeats.
 
-The worlds of a batch are ordered by repeat, then by run, then by number in the population. The
-first lanes are those of the first repeat: the agents of the first run, then of the second run.
+The worlds of a batch are ordered by repeat, then by run, then by index in the population. The
+first lanes are the agents of the first run in the first repeat. The second run follows.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from baldwinlab.experiment import Experiment
 
 
 class WorldLayout(NamedTuple):
-    """Numbers and keys of the worlds of a batch."""
+    """Counts and keys of the worlds of a batch."""
 
     runs: int
     repeats: int  # Number of lifetimes of each agent.
     worlds: int  # Number of worlds of a run in one repeat.
-    agents: int
+    agents: int  # Number of agents in each world.
     # Key of the random numbers of each world of the batch, [world, 2].
     keys: npt.NDArray[np.uint32]
 
@@ -52,8 +52,8 @@ def make_world_layout(
 ) -> WorldLayout:
     """Return the layout of a batch.
 
-    `world`: number of a world of the population. The batch then has only this world of each run, in
-    the first repeat. By default, it has all worlds and all repeats.
+    `world`: index of a world of the population. The batch then has only this world of each run, in
+    the first repeat. By default, the batch has all worlds and all repeats.
     """
     repeats = experiment.lifetime.repeats
     worlds = experiment.population.worlds
@@ -81,11 +81,12 @@ def draw_world_keys(
         for index, run in enumerate(runs):
             words = rng.words(seed, run, 0, rng.WORLD, (repeats, worlds))
             keys[:, index] = words[..., :2]
+            # The first world of the first repeat has the key of a run with a single world.
             keys[0, index, 0] = seed, run
     return keys
 
 
 def agents_of_world(experiment: Experiment, world: int) -> slice:
-    """Return the agents of a population that are in a world, from 0."""
+    """Return the slice of the agents of a population that are in a world."""
     n_agents = experiment.agents_per_world
     return slice(world * n_agents, (world + 1) * n_agents)

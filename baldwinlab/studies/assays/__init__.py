@@ -1,6 +1,6 @@
 """Assays: re-simulate the genomes of a stored study under changed conditions and measure them.
 
-Each module of this package that declares an `Assay` adds it to the catalog.
+A module of this package declares an assay as a constant of the type `Assay`. `catalog.py` finds it.
 """
 
 from __future__ import annotations
@@ -28,20 +28,21 @@ from baldwinlab.simulation.reevaluation import (
 from baldwinlab.studies.record_files import StudyError, find_record_file
 
 Arrays = Mapping[str, npt.NDArray[Any]]
-# Returns why a condition cannot be measured, as the end of a sentence that begins with the name of
-# the assay, for example "needs a condition that learns". Returns "" if it can.
+# Function that returns why an assay cannot measure a condition, as the end of a sentence about the
+# assay: "needs a condition that learns". Returns "" if the assay is applicable.
 FindObstacle = Callable[[BaseExperiment], str]
-# Fitness [run, agent], which files and variables call energy.
+# Fitness [run, agent]. Files and variables call the fitness energy.
 Energy = npt.NDArray[np.float64]
-# Name of a map, and the experiment on it.
+# Name of a map, and the experiment on this map.
 OnMap = tuple[str, Experiment]
-# Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
+# Kinds of lifetimes: without learning, with learning, with the weights at death and without
+# learning, and with random weight changes instead of learning. Arrays use the index of a kind.
 LIFE_KINDS = ("off", "on", "frozen", "drift")
 OFF, ON, FROZEN, DRIFT = range(len(LIFE_KINDS))
 
 
 class Conditions(Protocol):
-    """Experiments and factors of a study, from which an assay derives its coordinates."""
+    """Experiments and factors of a study, which determine the labels of the results of an assay."""
 
     @property
     def experiments(self) -> Mapping[str, Experiment]: ...
@@ -52,7 +53,7 @@ class Conditions(Protocol):
 
 @dataclass(frozen=True)
 class Sample:
-    """Stored runs of a condition. The first dimension of arrays is `run`, in this order."""
+    """Stored runs of a condition. The first dimension of all arrays is `run`, as in `runs`."""
 
     directory: Path
     seed: int
@@ -61,7 +62,7 @@ class Sample:
     records: Sequence[xr.Dataset]
     # The maps of `list_other_maps`, if the assay uses them.
     other_maps: Sequence[OnMap]
-    # Called with the number of simulated agent-steps. An exception that it raises ends the task.
+    # Called with the number of simulated agent-steps. An exception in this function ends the task.
     report_progress: Callable[[int], None]
     # The same runs of the no-learning control, if the assay needs them.
     control: Sample | None = None
@@ -69,7 +70,7 @@ class Sample:
     def genomes(self, generation: int) -> Genome:
         """Return the genomes of a generation [run, agent, module, weight].
 
-        A run that stopped before has the genomes of its last generation.
+        If a run stopped before, the genomes of its last generation are returned.
         """
         return np.stack(
             [
@@ -90,23 +91,23 @@ class Sample:
         )
 
     def energy(self, generation: int) -> Energy:
-        """Return the stored energy of a generation, or of the last one if a run stopped before."""
+        """Return the stored energy [run, agent] of a generation. Stopped runs: see `genomes`."""
         return np.stack(
             [record.energy.values[_limit_generation(record, generation)] for record in self.records]
         )
 
     def has_generation(self, generation: int) -> npt.NDArray[np.bool_]:
-        """Return for each run whether it has a generation, and did not stop before."""
+        """Return, for each run, whether it has a generation, and did not stop before."""
         return np.array([generation < record.sizes["generation"] for record in self.records])
 
     def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
-        """Simulate genomes in the worlds of a generation with the settings of `experiment`."""
+        """Simulate genomes in the world (positions, random numbers) of a generation."""
         outcomes = reevaluate(experiment, self.seed, self.runs, generation, genomes)
         self.report_generation()
         return outcomes
 
     def simulate_species(self, generation: int, genomes: Genome) -> Energy:
-        """Simulate genomes of several species in the worlds of a generation, return the energy."""
+        """Simulate genomes of several species as `simulate` does. Return the energy."""
         energy = reevaluate_species(self.experiment, self.seed, self.runs, generation, genomes)
         self.report_generation()
         return energy
@@ -141,7 +142,7 @@ class Sample:
 
 
 def _limit_generation(record: xr.Dataset, generation: int) -> int:
-    """Return a generation, or the last one of the record if the run stopped before."""
+    """Return a generation, or the last generation of the record if the run stopped before."""
     last_generation = record.sizes["generation"] - 1
     return min(generation, last_generation) if STOP_ATTRIBUTE in record.attrs else generation
 
@@ -152,7 +153,7 @@ def select_last_settings(experiment: Experiment) -> Experiment:
 
 
 def list_other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """Return the last settings of a condition on each map that its learner has in the study."""
+    """Return the last settings of a condition on each other map of the same learner in a study."""
     experiment = select_last_settings(study.experiments[condition])
     factors = study.factors[condition]
     maps: list[OnMap] = []
@@ -172,7 +173,7 @@ def first_middle_last(generations: int) -> list[int]:
 
 
 def declare_fitness(dims: tuple[str, ...], meaning: str) -> Variable:
-    """Declare a fitness with the dimension `run` and these dimensions. Files call it energy."""
+    """Declare a fitness with the dimension `run`, and then `dims`. The unit is energy."""
     return Variable(("run", *dims), np.float64, "energy", meaning)
 
 
@@ -188,7 +189,7 @@ def find_archive_obstacle(experiment: BaseExperiment) -> str:
 
 
 def find_birth_obstacle(experiment: BaseExperiment) -> str:
-    """Refuse newborns during life."""
+    """Refuse experiments in which newborns replace agents during life."""
     if not experiment.births_in_life:
         return ""
     return (
@@ -198,7 +199,7 @@ def find_birth_obstacle(experiment: BaseExperiment) -> str:
 
 
 def find_species_obstacle(experiment: BaseExperiment) -> str:
-    """Refuse several species."""
+    """Refuse experiments with several species."""
     if not experiment.population.species:
         return ""
     return f"needs a population without species, and {experiment.name} has several"
@@ -221,33 +222,33 @@ class Assay:
 
     # The name in commands and paths.
     name: str
-    # The question that it answers.
+    # The question that the assay answers.
     question: str
-    # The stored variables.
+    # The variables that are stored.
     variables: Mapping[str, Variable]
     # Returns the coordinates of the dataset of a condition, except `run` and `agent`.
     coordinates: Callable[[Conditions, str], Mapping[str, Any]]
-    # Returns the number of simulated generations per run of a condition.
+    # Returns the number of generations that are simulated for each run of a condition.
     count_lives: Callable[[Conditions, str], int]
     # Returns the stored variables of a sample, with `run` as the first dimension.
     measure: Callable[[Sample], Arrays]
-    # The first obstacle that is found is reported.
+    # The assay is applicable if none of these functions finds an obstacle.
     obstacles: tuple[FindObstacle, ...] = SIMULATION_OBSTACLES
-    # Whether a command measures the assay without naming it.
+    # Whether a command measures the assay by default.
     is_default: bool = False
-    # Returns the simulated experiments, other than the condition with and without learning.
+    # Returns the experiments to compile, in addition to the condition with and without learning.
     variants: Callable[[BaseExperiment], Iterable[BaseExperiment]] = lambda experiment: ()
     # Whether `Sample.other_maps` is read.
     uses_other_maps: bool = False
     # Whether `Sample.control` is read.
     uses_control: bool = False
-    # Returns the assay with branches of this number of generations, if it evolves populations.
+    # Returns a fork with branches of this number of generations. None for other assays.
     with_branches: Callable[[int], Assay] | None = None
-    # Attributes of the dataset, in addition to those of every assay.
+    # Attributes of the dataset, in addition to the attributes that every assay has.
     attributes: Mapping[str, Any] = field(default_factory=dict)
     # Returns the bytes of memory that the measurement of a number of runs needs.
     work_bytes: Callable[[Experiment, int], int] = memory.simulation_bytes
-    # Number of records of a run in memory.
+    # Number of records per run that are in memory at the same time.
     n_records: int = 1
 
     def find_obstacle(self, experiment: BaseExperiment) -> str:

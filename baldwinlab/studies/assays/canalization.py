@@ -1,9 +1,9 @@
 """Assay of canalization: fitness of agents, of their single mutants, and in a new world.
 
-Each agent of the first, the middle and the last generation is replaced by a single mutant of
-itself, several times. Mutants have the initial positions and the random numbers of their agents, so
-an effect of a mutation is a difference between two lifetimes. The agents are also simulated in a
-new world: that of a generation after the last one, with the same settings.
+Each agent of the first, the middle and the last generation is replaced several times by a copy with
+one mutation. A mutant has the initial position and the random numbers of the agent, so a difference
+between the two lifetimes is an effect of the mutation. The agents are also simulated in a new
+world: the world of a generation after the last generation, with the same settings.
 
 The ideas are from C. H. Waddington, Canalization of development and the inheritance of acquired
 characters, Nature 150 (1942), and G. P. Wagner, G. Booth and H. Bagheri-Chaichian, A population
@@ -36,10 +36,10 @@ from baldwinlab.studies.assays import (
     first_middle_last,
 )
 
-# Smallest number of mutants per generation, unless it is limited by that of each agent.
+# Minimum number of mutants per generation, unless `MAX_MUTANTS_OF_AGENT` limits the number.
 MIN_MUTANTS: Final = 200
 MAX_MUTANTS_OF_AGENT: Final = 10
-# The stored world, and one with other random numbers.
+# Labels of the stored world, and of the new world, which has other random numbers.
 WORLDS: Final = ("stored", "new")
 
 
@@ -83,7 +83,7 @@ def measure(sample: Sample) -> Arrays:
     for index, generation in enumerate(generations):
         genomes = sample.genomes(generation)
         settings = _list_settings(experiment.at(generation))
-        # No generation of the run has used the new world.
+        # The run has no generation with this number, so the second world is new.
         for world, number in enumerate((generation, experiment.evolution.generations)):
             energy[world, index] = _simulate(sample, settings, number, genomes)
         life_of_study = ON if experiment.at(generation).learns else OFF
@@ -95,20 +95,20 @@ def measure(sample: Sample) -> Arrays:
             is_mutated = (mutants != genomes).any(axis=(-2, -1))
             fitness = _simulate(sample, settings, generation, mutants)
             mutant_energy[mutant, index] = np.where(is_mutated, fitness, np.nan)
-    # From [world or mutant, generation, life, run, agent].
+    # [world or mutant, generation, life, run, agent]: the first and the run dimension are swapped.
     order = (3, 1, 2, 0, 4)
     return {"energy": energy.transpose(order), "mutant_energy": mutant_energy.transpose(order)}
 
 
 def _list_settings(experiment: Experiment) -> list[Experiment]:
-    """Return the experiment without and with learning; only itself if agents do not learn."""
+    """Return the experiment without and with learning, or only once if agents do not learn."""
     return [experiment.without_learning(), experiment] if experiment.learns else [experiment]
 
 
 def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Genome:
     """Return a single mutant of each agent [run, agent, module, weight]."""
     experiment = sample.experiment
-    # The run has used the keys of its own generations.
+    # Each mutant has keys of unused generations, because the run has used the other keys.
     offset = experiment.evolution.generations * (1 + mutant)
     mutants = [
         make_single_mutants(
@@ -122,10 +122,7 @@ def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Ge
 def _simulate(
     sample: Sample, settings: Sequence[Experiment], world: int, genomes: Genome
 ) -> Energy:
-    """Return the energy [life, run, agent] with each of the settings in the world of a generation.
-
-    The energy with learning on is NaN if agents do not learn.
-    """
+    """Return the energy [life, run, agent] in the world of a generation. See `measure`."""
     fitness = [sample.simulate(experiment, world, genomes).energy for experiment in settings]
     if len(fitness) == 1:
         fitness.append(np.full_like(fitness[0], np.nan))
@@ -133,7 +130,7 @@ def _simulate(
 
 
 def find_genome_obstacle(experiment: BaseExperiment) -> str:
-    """Refuse graph genomes."""
+    """Refuse genomes that encode graphs, as NEAT does."""
     if not genome_part(experiment).has_graph_genomes:
         return ""
     return (

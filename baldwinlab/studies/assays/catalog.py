@@ -1,4 +1,4 @@
-"""Catalog of the assays: the conditions to which each applies, and its memory and disk space."""
+"""Catalog of the assays, with checks of their applicability and estimates of memory and disk."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from baldwinlab.studies.store import StudyStore
 
 # Bytes of a file in addition to its variables and its experiment.
 HEADER_BYTES: Final = 1000
-# Copies of the results: of single runs, of all runs, and as a file.
+# Number of copies of the results in memory: of single tasks, of all runs, and as a file.
 RESULT_COPIES: Final = 3
 
 
@@ -42,10 +42,9 @@ def load_assays() -> Mapping[str, Assay]:
 
 
 def get_assay(name: str, generations: int | None = None) -> Assay:
-    """Return an assay. Raises StudyError for a name of no assay.
+    """Return an assay. Raises StudyError for an unknown name.
 
-    `generations`: number of generations of its branches, if it evolves populations. None for the
-    default.
+    `generations`: number of generations of the branches of a fork. Other assays ignore it.
     """
     assays = load_assays()
     if name not in assays:
@@ -57,12 +56,12 @@ def get_assay(name: str, generations: int | None = None) -> Assay:
 
 
 def get_assays(names: Iterable[str]) -> list[Assay]:
-    """Return assays by name. Raises StudyError for a name of no assay."""
+    """Return the assays with these names. Raises StudyError for an unknown name."""
     return [get_assay(name) for name in names]
 
 
 def list_default_assays() -> tuple[str, ...]:
-    """Return the names of the assays that a command measures without naming them."""
+    """Return the names of the assays that a command measures by default."""
     return tuple(name for name, assay in load_assays().items() if assay.is_default)
 
 
@@ -87,7 +86,7 @@ def why_not_in_study(name: str, study: StudyStore, condition: str) -> str:
 def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
     """Return the distinct sentences of `why_not_in_study` for all conditions of a study.
 
-    Raises StudyError for a name of no assay.
+    Raises StudyError for an unknown name.
     """
     get_assays(names)
     reasons = (
@@ -105,7 +104,7 @@ class PlannedStudy(NamedTuple):
     factors: Mapping[str, Factors]
 
     def need(self, runs: int, workers: int, assays: Sequence[str]) -> Need:
-        """Estimate the applicable assays with `runs` runs of each condition."""
+        """Estimate the memory and disk space of assays with `runs` runs of each condition."""
         missing = self.select_applicable(assays)
         runs_by_condition = dict.fromkeys(missing, runs)
         return estimate_assays(self, missing, runs_by_condition, workers)
@@ -123,10 +122,7 @@ class PlannedStudy(NamedTuple):
 def estimate_assays(
     study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int
 ) -> Need:
-    """Estimate the memory and disk space of missing assays.
-
-    Returns memory and disk space in bytes.
-    """
+    """Estimate the memory and disk space of missing assays, in bytes."""
     total_runs = sum(runs.values())
     runs_per_task = max(1, min(CPU.worlds, total_runs // workers))
     tasks = []
@@ -154,7 +150,7 @@ def estimate_assays(
 
 
 def _task_bytes(experiment: Experiment, names: Sequence[str], n_runs: int) -> int:
-    """Return the memory of a task with some runs of a condition, in bytes."""
+    """Return the memory of a task with `n_runs` runs of a condition, in bytes."""
     assays = get_assays(names)
     record_bytes = memory.dataset_bytes(experiment) * max(assay.n_records for assay in assays)
     # A task measures its assays one after the other.

@@ -1,4 +1,4 @@
-"""Assay of descent: ancestors, shares of founders, and the phylogeny in the ALife data standard."""
+"""Assay of descent: ancestors, genes of founders, and the phylogeny in the ALife data standard."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.assays import Arrays, Assay, Conditions, Sample
 
-# Maximum number of founders in a matrix of shares, which limits the memory for large populations.
+# Maximum number of columns of the matrix `shares`. It limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024
 # Bytes of a child and its parents as Python objects.
 BYTES_PER_CHILD: Final = 150
 BITS_PER_BYTE: Final = 8
-# Arrays of shares of founders in the memory of `effective_ancestors`.
+# Number of arrays with the size of `shares` in the memory of `effective_ancestors`.
 SHARE_COPIES: Final = 4
-# Copies of the sets of descendants, which have a bit for each agent.
+# Number of copies of the sets of descendants. A set has one bit per agent.
 DESCENDANT_COPIES: Final = 2
 
-# Parents [generation, agent, 2], as agents of the previous generation.
+# [generation, agent, 2]: indices of the parents of an agent in the previous generation, or -1.
 Parents = npt.NDArray[np.int32]
 
 
@@ -71,10 +71,8 @@ def estimate_memory(experiment: Experiment, n_runs: int) -> int:
 def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
     """Compute the age of the last common ancestor of each generation.
 
-    An agent descends from both parents, and not from itself.
-
-    `parents` (generation, agent, 2): parents as agents of the previous generation. Returns
-    (generation,): number of generations since the last common ancestor, NaN without one.
+    An agent descends from both parents, and not from itself. Returns, for each generation, the
+    number of generations since the last common ancestor of all agents, NaN without an ancestor.
     """
     couples = parents.tolist()
     ages = [_common_ancestor_age(couples, generation) for generation in range(len(couples))]
@@ -82,10 +80,11 @@ def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
 
 
 def _common_ancestor_age(couples: list[list[list[int]]], generation: int) -> float:
+    """Return the age for one generation. `couples` are the parents as nested lists."""
     n_agents = len(couples[generation])
-    # A set of agents is a number with a bit for each agent.
+    # A set of agents is an integer with one bit per agent.
     all_agents = (1 << n_agents) - 1
-    # The descendants in `generation` of each agent of the current generation.
+    # For each agent of an earlier generation, the set of its descendants in `generation`.
     descendants = [1 << agent for agent in range(n_agents)]
     for child_generation in range(generation, 0, -1):
         descendants_of_parents = [0] * n_agents
@@ -102,11 +101,8 @@ def _common_ancestor_age(couples: list[list[list[int]]], generation: int) -> flo
 def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     """Compute the effective number of founders in each generation.
 
-    It is 1 / sum of p^2, where p is the expected share of a founder's genes in the gene pool. Each
-    parent contributes half of the genes of an agent.
-
-    `parents` (generation, agent, 2): parents as agents of the previous generation. Returns the
-    shape (generation,).
+    The number is 1 / sum of p^2 over the founders, where p is the expected fraction of all genes
+    that descend from a founder. Each parent contributes half of the genes of an agent.
 
     References
     ----------
@@ -117,7 +113,8 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     sum_of_squares = np.zeros(n_generations)
     for first_founder in range(0, n_agents, FOUNDERS_PER_BATCH):
         n_founders = min(FOUNDERS_PER_BATCH, n_agents - first_founder)
-        # Shares [agent, founder]: in generation 0, a founder has all of its genes.
+        # [agent, founder]: expected fraction of the genes of an agent that descend from a founder.
+        # In generation 0, agent i is founder i.
         shares = np.eye(n_agents, n_founders, k=-first_founder)
         sum_of_squares[0] += (shares.mean(axis=0) ** 2).sum()
         for generation in range(1, n_generations):
@@ -128,9 +125,9 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
 
 
 def list_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
-    """Return the ancestors of an agent by generation: itself, its parents, and so on.
+    """Return the indices of an agent, of its parents, of its grandparents, and so on.
 
-    The list ends with the ancestors that have no parents.
+    The last entry contains the ancestors that have no parents.
     """
     ancestors = [np.array([agent], np.int32)]
     # Agents without parents have the parents -1.
@@ -141,15 +138,15 @@ def list_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.ND
 
 
 def list_children(parents: Parents, agent: int) -> list[int]:
-    """Return the agents of a generation of which an agent is a parent. `parents`: [agent, 2]."""
+    """Return the children of an agent. `parents` [agent, 2]: parents of the next generation."""
     children: list[int] = np.flatnonzero((parents == agent).any(axis=1)).tolist()
     return children
 
 
 def trace_fitter_parents(parents: Parents, generation: int, agent: int) -> list[tuple[int, int]]:
-    """Return the parents of an agent, the parents of the fitter parent, and so on.
+    """Return the parents of an agent, then the parents of its fitter parent, and so on.
 
-    The fitter parent is the first of each pair.
+    The first parent of each pair is the fitter parent.
     """
     couples = []
     # Agents without parents have the parents -1.
@@ -165,11 +162,11 @@ PHYLOGENY_HEADER = "id,ancestor_list,origin_time,destruction_time"
 
 
 def format_phylogeny(parents: Parents, first_id: int = 0) -> Iterator[str]:
-    """Yield the lines of the phylogeny of a run in the ALife data standard, without its header.
+    """Yield the lines of the phylogeny of a run in the ALife data standard: `5,"[0,2]",1,2`.
 
-    The id of an agent is first_id + generation * agents + its number in the generation. Its origin
-    time is its generation, and its destruction time is the next one. `ancestor_list` contains the
-    distinct parents, or `none` for an agent without parents.
+    The id of an agent is first_id + generation * agents + its index in the generation. The origin
+    time is the generation of the agent, and the destruction time is the next generation.
+    `ancestor_list` contains the distinct parents, or `none` for an agent without parents.
 
     References
     ----------
@@ -207,7 +204,7 @@ ASSAY: Final = Assay(
     coordinates=coordinates,
     count_lives=count_lives,
     measure=measure,
-    # The assay reads stored values.
+    # The assay only reads stored values, so it is always applicable.
     obstacles=(),
     is_default=True,
     work_bytes=estimate_memory,

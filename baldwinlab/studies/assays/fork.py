@@ -1,9 +1,10 @@
 """Fork assay: evolve learners and their no-learning control further, with learning on and off.
 
-The branches start from the last generation. The four branches of a run, two histories and two
-regimes, have the same random numbers. A difference between histories shows what evolution with
-learning has changed in the genomes. A difference between regimes shows what
-learning does now: it guides selection, or hides genetic differences.
+The branches start from the last generation, from the genomes of the learner or of its control (the
+history), and evolve with learning on or off (the regime). The four branches of a run have the same
+random numbers. A difference between histories shows that earlier learning has changed the evolution
+of the genomes. A difference between regimes is a present effect of learning: learning guides
+selection, or hides genetic differences.
 
 If the study has no control, the assay simulates it from the founders of each run.
 """
@@ -84,12 +85,12 @@ class Fork:
         shape = (len(sample.runs), 1, len(HISTORIES), len(REGIMES), n_agents)
         innate_fitness = np.empty(shape)
         fitness = np.empty(shape)
-        # The settings of the learner are the regime "on", and those of its control are "off".
-        # The order of the conditions is that of `HISTORIES` and of `REGIMES`.
+        # With the settings of the learner the regime is "on", with those of the control "off". The
+        # order of `conditions` is therefore the order of `HISTORIES` and of `REGIMES`.
         conditions = list(enumerate((sample, control)))
         for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
             branch = self._evolve(source, target, start)
-            fitness_at_end = branch.fitness[:, -1]
+            fitness_at_end = branch.fitness[:, -1]  # [run, agent].
             innate_fitness_at_end = fitness_at_end
             # The agents of the control do not learn, so their fitness is innate.
             if target is sample:
@@ -152,7 +153,7 @@ def copy_mode(population: Genome) -> Genome:
     """Return copies of the most frequent genotype of a population [agent, module, weight].
 
     Of several equally frequent genotypes, the function selects the genotype nearest to the mean of
-    the population. If all genotypes differ, as real-valued genomes do, it is the most central one.
+    the population. Usually all real-valued genomes differ. Then this is the most central genotype.
     """
     genes = np.nan_to_num(population.reshape(len(population), -1).astype(np.float64))
     _, first_carriers, counts = np.unique(genes, axis=0, return_index=True, return_counts=True)
@@ -191,7 +192,7 @@ def declare_fork(start: str, generations: int = BRANCH_GENERATIONS) -> Assay:
         uses_control=True,
         with_branches=partial(declare_fork, start),
         attributes={"generations": generations},
-        # Those of the learner, of the control and of a branch.
+        # The records of the learner, of the control and of a branch.
         n_records=3,
     )
 

@@ -2,7 +2,7 @@
 
 Newborns are simulated with learning off, with learning on, and with their weights at death. The
 performance with learning off is innate. The gain is the increase by learning. In genetic
-assimilation, evolution makes learned behavior innate, so the innate share grows.
+assimilation, evolution makes learned behavior innate, so the innate fraction grows.
 
 The ideas are from G. E. Hinton and S. J. Nowlan, How learning can guide evolution, Complex Systems
 1 (1987), and C. H. Waddington, Genetic assimilation of an acquired character, Evolution 7 (1953).
@@ -37,9 +37,9 @@ from baldwinlab.studies.assays import (
 )
 
 AnyExperiment = TypeVar("AnyExperiment", bound=BaseExperiment)
-# Maximum number of assayed generations in addition to the last one.
+# Maximum number of assayed generations in addition to the last generation.
 MAX_GENERATIONS = 100
-# The same maximum for drift, which is slow, and for generations that differ only by chance.
+# The maximum for drift, which is slow to simulate, and for generations that differ only by chance.
 MAX_FEW_GENERATIONS = 10
 
 
@@ -79,7 +79,7 @@ def measure_generations(sample: Sample, generations: Sequence[int]) -> Arrays:
     measure_generation = _measure_learners if experiment.learns else _copy_stored_energy
     for index, generation in enumerate(generations):
         measure_generation(sample, generation, energy[index], distance[index])
-    # The run becomes the first dimension.
+    # [generation, life or layer, run, agent] becomes [run, generation, life or layer, agent].
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
 
 
@@ -100,7 +100,7 @@ def _measure_learners(
     energy[ON] = learners.energy
     innate = sample.simulate(without_learning, generation, genomes)
     energy[OFF] = innate.energy
-    # A schedule can switch learning off.
+    # A schedule of settings can switch learning off in some generations.
     learns = sample.experiment.at(generation).learns
     if learns and generation in drift_generations(sample.experiment):
         with_drift = set_drift_control(sample.experiment)
@@ -109,7 +109,7 @@ def _measure_learners(
     if not learners.has_learned_weights:
         return
     n_weights = learners.weights.shape[-1]
-    # The weights at birth of the first module, which learning changes.
+    # Learning changes only the first module.
     birth_weights = genomes[:, :, 0, :n_weights]
     distance[:] = weight_distances(sample.experiment, birth_weights, learners.weights)
     frozen_genomes = genomes.copy()
@@ -142,18 +142,19 @@ def drift_generations(experiment: BaseExperiment) -> list[int]:
 
 
 def set_drift_control(experiment: AnyExperiment) -> AnyExperiment:
-    """Return the experiment with random weight changes as large as those of learning."""
+    """Return the experiment with random weight changes of the same size instead of learning."""
     return experiment.replace(learning={"rule": "self-taught", "control": "drift"})
 
 
 def _thin(numbers: Sequence[int], limit: int) -> list[int]:
-    """Return at most `limit` equally spaced numbers, and the last number."""
+    """Return at most `limit` numbers at equal distances, and the last number."""
     step = math.ceil(len(numbers) / limit)
     return sorted({*numbers[::step], numbers[-1]})
 
 
 def layer_names(experiment: BaseExperiment) -> list[str]:
-    """Return the names of the layers of weights. Other models have one layer, the first module."""
+    """Return the names of the layers of weights: ["sensors to hidden", "hidden to actions"]."""
+    # In other models than MiniWorld, the first module is the only layer.
     if not isinstance(experiment, Experiment):
         return list(experiment.modules[:1])
     n_hidden_layers = len(experiment.network.hidden)
@@ -167,9 +168,9 @@ def layer_names(experiment: BaseExperiment) -> list[str]:
 def weight_distances(
     experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]
 ) -> npt.NDArray[np.float64]:
-    """Compute the distance of weights between birth and death.
+    """Return the Euclidean distance of the weights of each layer between birth and death.
 
-    `birth`, `death`: (..., weight). Returns the shape (layer, ...).
+    `birth`, `death`: [..., weight]. Returns [layer, ...].
     """
     layer_weights = [birth.shape[-1]]
     if isinstance(experiment, Experiment):

@@ -37,11 +37,12 @@ def count_lives(study: Conditions, condition: str) -> int:
 def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, modules, agent].
 
-    In all cases, an agent has the same initial position and the same random modules.
+    An agent has the same initial position and the same random modules in all combinations.
     """
     last_generation = sample.experiment.evolution.generations - 1
     evolved = sample.genomes(last_generation)
     random = sample.random_genomes()
+    # In the order of `MODULE_COMBINATIONS`. The first combination is simulated separately.
     combinations = [
         _combine_modules(action=random, reinforcement=evolved),
         _combine_modules(action=evolved, reinforcement=random),
@@ -54,7 +55,7 @@ def measure(sample: Sample) -> Arrays:
 
 
 def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
-    """Return the action modules of some genomes with the reinforcement modules of others."""
+    """Combine the action modules and the reinforcement modules of two arrays of genomes."""
     # The dimensions are [run, agent, module, weight]. Module 0 selects the action, and module 1 is
     # the reinforcement module.
     return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)

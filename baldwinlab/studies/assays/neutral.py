@@ -37,9 +37,9 @@ from baldwinlab.studies.assays import (
     declare_fitness,
 )
 
-# Maximum number of compared generations. A single generation depends on initial positions.
+# Maximum number of compared generations. One generation depends much on its initial positions.
 MAX_GENERATIONS = 10
-# Evolved newborns, and newborns of random parents.
+# Labels of evolved newborns, and of newborns with random parents.
 NEWBORNS: Final = ("evolved", "neutral control")
 
 
@@ -55,10 +55,10 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
 def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
     n_compared = len(assayed_generations(experiment))
-    # The newborns of the control without learning.
+    # The control is simulated without learning.
     n_lives = n_compared
     if experiment.learns:
-        # The evolved newborns without learning, and the control with learning.
+        # The evolved newborns are simulated without learning, and the control with learning.
         n_lives += n_compared
         inherits = _inherits_learned(experiment)
         n_lives += experiment.evolution.generations if inherits else n_compared
@@ -75,7 +75,7 @@ def measure(sample: Sample) -> Arrays:
     n_life_kinds = len((OFF, ON))
     n_agents = experiment.population.size
     shape = (len(compared), len(NEWBORNS), n_life_kinds, len(sample.runs), n_agents)
-    energy = np.full(shape, np.nan)
+    energy = np.full(shape, np.nan)  # [generation, newborns, life, run, agent].
     control = experiment.neutral_control()
     genomes = make_founders(experiment, make_run_keys(sample.seed, sample.runs, 0))
     for generation in range(experiment.evolution.generations):
@@ -102,7 +102,7 @@ def _compare(
     energy: npt.NDArray[Any],
 ) -> None:
     """Fill `energy` [newborns, life, run, agent]; `learners` are the controls with learning on."""
-    # The order of `NEWBORNS`.
+    # Views of `energy`, in the order of `NEWBORNS`.
     evolved_energy, control_energy = energy
     without_learning = sample.experiment.without_learning()
     control_energy[OFF] = sample.simulate(without_learning, generation, controls).energy
@@ -130,7 +130,7 @@ def _next_controls(
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
-    """Return the last generations, whose newborns are compared."""
+    """Return the last generations of a run. Their newborns are compared."""
     return list(range(experiment.evolution.generations))[-MAX_GENERATIONS:]
 
 

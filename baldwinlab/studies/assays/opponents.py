@@ -1,7 +1,7 @@
-"""Assay of opponents: every selected generation of one species meets every one of the other.
+"""Assay of opponents: selected generations of a species meet generations of the other species.
 
 The fitness of a species depends on the other species, which evolves too. Progress is visible only
-against the same opponents, so generations also meet opponents of other generations.
+against the same opponents, so all pairs of selected generations are simulated together.
 
 References
 ----------
@@ -52,7 +52,7 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
 
 def count_lives(study: Conditions, condition: str) -> int:
     n_generations = len(assayed_generations(study.experiments[condition]))
-    # The last generation is simulated as in the study, too.
+    # The last generation is simulated once more, as in the study.
     return 1 + n_generations**2 * N_WORLDS
 
 
@@ -64,6 +64,7 @@ def measure(sample: Sample) -> Arrays:
     sample.require_stored_energy(
         last_generation, sample.simulate_species(last_generation, genomes[-1])
     )
+    # The first `size` agents of a genome array belong to the first species.
     size, _ = (species.size for species in sample.experiment.population.species)
     n_generations = len(generations)
     energy = np.empty((len(sample.runs), n_generations, n_generations, 2))
@@ -79,7 +80,7 @@ def measure(sample: Sample) -> Arrays:
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
-    """Return the first, the last, and generations between them whose genomes are stored."""
+    """Return the first generation, the last, and some between them with stored genomes."""
     last_generation = experiment.evolution.generations - 1
     storage_interval = experiment.record.genome_every
     n_intervals = N_GENERATIONS - 1

@@ -23,7 +23,7 @@ from baldwinlab.studies.assays import (
 
 # Name of the unchanged setting.
 UNCHANGED_SETTING = "as evolved"
-# Factors of the number of items, of the visual radius and of the learning rate.
+# Factors by which the number of items, the visual radius and the learning rate are multiplied.
 ITEM_COUNT_FACTORS = (0.25, 0.5, 2, 4)
 VISUAL_RADIUS_FACTORS = (0.25, 0.5, 2)
 LEARNING_RATE_FACTORS = (0, 0.1, 10)
@@ -33,7 +33,7 @@ class ChangedSetting(NamedTuple):
     """An experiment with one changed setting."""
 
     field: str  # Path of the changed field, or "map".
-    value: str
+    value: str  # Name of the map, or the changed number as text.
     experiment: Experiment
 
 
@@ -54,6 +54,7 @@ def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, setting, agent]."""
     last_generation = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last_generation)
+    # The first setting is unchanged, so its energy is checked against the stored energy.
     _, *changed_settings = list_settings(sample.experiment, sample.other_maps)
     outcomes = [sample.simulate_as_evolved(last_generation, genomes)]
     for setting in changed_settings:
@@ -62,7 +63,7 @@ def measure(sample: Sample) -> Arrays:
 
 
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
-    """Return the last settings of a condition: the original first, then each distinct change."""
+    """Return the settings of the last generation, unchanged and then with each distinct change."""
     experiment = select_last_settings(experiment)
     distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
     map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
@@ -73,7 +74,7 @@ def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Changed
 
 
 def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
-    """Yield the settings with scaled values; values that the experiment rejects are omitted."""
+    """Yield the settings with one scaled value. Values that are not valid are omitted."""
     fields: dict[str, list[float]] = {}
     for region_index, region in enumerate(experiment.world.food):
         fields[f"world.food.{region_index}.count"] = [

@@ -1,8 +1,8 @@
 """Assay of reaction norms: fitness by the amount of learning, in four generations of a run.
 
 The amount of learning is the learning rate, or the setting that a model declares by
-`learning_amount`. Newborns are simulated with multiples of it. The factor 0 is a lifetime without
-learning, and the factor 1 is the stored lifetime.
+`learning_amount`. Newborns are simulated with multiples of this amount. The factor 0 is a lifetime
+without learning, and the factor 1 is the stored lifetime.
 
 The intercept and the slope of a reaction norm are from R. Lande, Adaptation to an extraordinary
 environment by evolution of phenotypic plasticity and genetic assimilation, Journal of Evolutionary
@@ -50,7 +50,7 @@ def count_lives(study: Conditions, condition: str) -> int:
 def measure(sample: Sample) -> Arrays:
     """Measure `energy` [run, generation, factor, agent].
 
-    The energy is NaN for a factor whose amount of learning is not valid.
+    The energy is NaN if the multiple of the amount of learning is not valid.
     """
     generations = assayed_generations(sample.experiment)
     n_agents = sample.experiment.population.size
@@ -95,7 +95,7 @@ def scale_learning(experiment: Experiment, generation: int, factor: float) -> Ex
 
 
 def learning_amount(experiment: BaseExperiment) -> tuple[str, str]:
-    """Return the table and the field with the amount of learning; the field is "" without one."""
+    """Return the table and the field of the amount of learning; the field is "" if none exists."""
     if isinstance(experiment, Experiment):
         return "learning", "rate"
     return table_name(experiment.model), experiment.model_part.learning_amount

@@ -21,12 +21,12 @@ from baldwinlab.studies.open import sample_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-# Format of the file of an assay.
+# Version of the format of the file of an assay.
 ASSAY_FORMAT: Final = 2
 
 
 class AssayedStudy(Conditions, Protocol):
-    """Properties of a study that identify its assays."""
+    """Properties of a study that determine the path and the valid content of assay files."""
 
     @property
     def directory(self) -> Path: ...
@@ -35,23 +35,28 @@ class AssayedStudy(Conditions, Protocol):
     def seed(self) -> int: ...
 
     def runs(self, condition: str) -> list[int]:
-        """Return the numbers of the stored runs of a condition."""
+        """Return the numbers of the stored runs of a condition, for example [0, 1, 2]."""
 
 
 def assay_path(directory: Path, assay: str, condition: str) -> Path:
-    """Return the file of an assay of a condition, in the directory of a study."""
+    """Return the path of the results of an assay: DIR/assays/innate/evo/A.nc."""
     return directory / "assays" / assay / f"{condition}.nc"
 
 
 def encode_assay(data: xr.Dataset) -> bytes:
-    """Return the content of the file of an assay, with its format and checksum."""
+    """Return the results of an assay as netCDF bytes with the format and a checksum."""
     return to_bytes(data.assign_attrs(format=ASSAY_FORMAT))
 
 
 def read_assays(
     study: AssayedStudy, names: Iterable[str] | None = None
 ) -> dict[str, dict[str, xr.Dataset]]:
-    """Read the stored assays of a study; all assays unless `names` are given."""
+    """Read the stored assays of a study; all assays unless `names` are given.
+
+    Returns the dataset of each assay and condition: `read_assays(study)["innate"]["evo/A"]`. The
+    attributes of a dataset include the factors of the condition, and the `learners` of the study.
+    Raises the errors of `read_assay`.
+    """
     assays: dict[str, dict[str, xr.Dataset]] = {}
     learners = list(dict.fromkeys(factors.learner for factors in study.factors.values()))
     for assay in load_assays() if names is None else names:
@@ -60,11 +65,11 @@ def read_assays(
             path.relative_to(folder).with_suffix("").as_posix()
             for path in sorted(folder.rglob("*.nc"))
         ]
-        # The conditions of the study come first, in their order.
+        # The conditions of the study come first. `read_assay` raises ValueError for others.
         in_study = [name for name in study.experiments if name in stored]
         for condition in dict.fromkeys((*in_study, *stored)):
             factors = study.factors.get(condition, Factors())
-            # The points of a sweep have no factors.
+            # The conditions of a sweep have no factors, so the learner is the condition.
             factors = factors._replace(learner=factors.learner or condition)
             data = read_assay(study, assay, condition)
             data = data.assign_attrs(factors._asdict(), learners=learners)
@@ -73,9 +78,10 @@ def read_assays(
 
 
 def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
-    """Read an assay of a condition.
+    """Read the results of an assay of a condition.
 
-    Raises OSError if it is not stored, and ValueError as `read_assays` does.
+    Raises OSError if the file does not exist or cannot be read. Raises ValueError if the file is
+    too large, is damaged, has another format, or does not match the assay or the study.
     """
     path = assay_path(study.directory, assay, condition)
     remedy = f"`baldwinlab assay {quote_path(study.directory)} --assays {assay}` measures it again"
@@ -104,9 +110,9 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
 
 
 def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
-    """Return why a file does not match a study, as the end of a sentence. Return "" if it matches.
+    """Return why a file does not match a study, as the end of a sentence; "" if it matches.
 
-    Every version stores the seed, the experiment and the runs. A file without them is refused.
+    `_is_declared` has checked that the file has an experiment and runs.
     """
     name = data.attrs.get("condition", condition)
     seed = data.attrs.get("seed")
@@ -128,7 +134,8 @@ def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str
 
 
 def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
-    """Return `_find_mismatch` for the control of a fork; other assays have none."""
+    """Return why the control of a fork does not match a study; "" if it matches."""
+    # The name is "" if the study has no control. Other assays do not have this attribute.
     control = data.attrs.get("control", "")
     if not control:
         return ""
@@ -144,12 +151,12 @@ def _parse_fields(text: str) -> dict[str, Any]:
 
 
 def _is_declared(data: xr.Dataset, name: str) -> bool:
-    """Return whether a dataset has the attributes, variables and coordinates of an assay."""
+    """Return whether a dataset has the attributes, a variable and the labels of an assay."""
     assay = get_assay(name)
     declared = assay.variables
     present_names = [name for name in declared if name in data]
     coordinate_dims = {dim for coordinate in data.coords.values() for dim in coordinate.dims}
-    # The coordinate of agents is optional.
+    # The labels of agents are optional.
     coordinate_dims.add("agent")
     try:
         _parse_fields(data.attrs["experiment"])
@@ -162,6 +169,7 @@ def _is_declared(data: xr.Dataset, name: str) -> bool:
     if not present_names or not has_runs or not has_attributes:
         return False
     for name in present_names:
+        # The dimensions can have any order, but each needs labels.
         dims = set(declared[name].dims)
         if set(data[name].dims) != dims or not dims <= coordinate_dims:
             return False
@@ -171,7 +179,7 @@ def _is_declared(data: xr.Dataset, name: str) -> bool:
 
 
 def is_stored(name: str, study: StudyStore, condition: str) -> bool:
-    """Return whether the results of an assay of a condition are stored."""
+    """Return whether a file with the results of an assay of a condition exists."""
     return assay_path(study.directory, name, condition).exists()
 
 
@@ -179,9 +187,10 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     """Return the stored results of an assay of one condition.
 
     Raises `StudyError` if there is no such study, assay or condition, if the assay has not been
-    run, or if its file is damaged.
+    run, or if `read_assay` refuses the file.
     """
     study = StudyStore(parse_location(directory))
+    # The next two calls only check that the assay and the condition exist.
     get_assay(assay)
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
@@ -202,10 +211,11 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
 def open_assays(study: StudyStore, assay: str, conditions: Sequence[str]) -> xr.Dataset:
     """Return the stored results of an assay along the dimension `condition`.
 
-    A setting of the assay "reaction" has the same number in all conditions. The values of a setting
-    that a condition does not have are NaN. The function raises the errors of `open_assay`.
+    In the assay "reaction", the same index along `setting` is the same setting in all conditions.
+    The values are NaN if a condition does not have a setting. Raises the errors of `open_assay`.
     """
     datasets = [open_assay(study.directory, assay, condition) for condition in conditions]
+    # `concat` drops the attributes, because most differ between conditions.
     experiments = [dataset.attrs["experiment"] for dataset in datasets]
     joined = xr.concat(
         _align_settings(datasets),
@@ -221,14 +231,17 @@ def open_assays(study: StudyStore, assay: str, conditions: Sequence[str]) -> xr.
 
 
 def _align_settings(datasets: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """Return datasets with the settings of all datasets, if they have the dimension `setting`."""
+    """Give all datasets the same dimension `setting`, if they have this dimension.
+
+    A setting is a pair (field, value), for example ("senses.visual_radius", "5").
+    """
     if "setting" not in datasets[0].dims:
         return list(datasets)
     settings_of_datasets = [
         list(zip(data.field.values.tolist(), data.value.values.tolist(), strict=True))
         for data in datasets
     ]
-    numbers: dict[tuple[str, str], int] = {}
+    numbers: dict[tuple[str, str], int] = {}  # The new index of each distinct setting.
     for settings in settings_of_datasets:
         for setting in settings:
             numbers.setdefault(setting, len(numbers))
@@ -238,6 +251,8 @@ def _align_settings(datasets: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         "field": ("setting", list(fields)),
         "value": ("setting", list(values)),
     }
+    # `reindex` inserts missing settings with NaN, also in the labels `field` and `value`, so these
+    # labels are assigned again.
     return [
         data.assign_coords(setting=[numbers[setting] for setting in settings])
         .reindex(setting=all_settings["setting"])
@@ -249,14 +264,15 @@ def _align_settings(datasets: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 def find_missing_assays(
     study: StudyStore, names: Sequence[str], generations: int | None = None
 ) -> dict[str, list[str]]:
-    """Return the missing assays of each condition.
+    """Return the missing assays of each condition with stored runs: {"evo/A": ["innate"]}.
 
-    An assay is missing if it is applicable and its file is absent, or does not match the stored
-    runs. Raises StudyError for an unknown assay, and for a study without stored runs.
+    An applicable assay is missing if its file is absent, damaged or written by another version of
+    baldwinlab, or if the file does not match the study and the runs of `sample_runs`. Raises
+    StudyError for an unknown assay, and for a study without stored runs.
 
-    `generations`: number of generations of the branches of a fork. Unless given, any number
-    matches.
+    `generations`: number of generations of the branches of a fork; by default any number matches.
     """
+    # Both calls only check their arguments.
     get_assays(names)
     study.require_runs()
 
@@ -272,11 +288,12 @@ def find_missing_assays(
 
 
 def _is_done(study: StudyStore, name: str, condition: str, generations: int | None) -> bool:
-    """Return whether this version has stored the assay of the sampled runs and the experiment."""
+    """Return whether this version has stored the assay for the runs of `sample_runs`."""
     try:
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
+    # Only forks have the attribute `generations`.
     if generations is not None and generations != data.attrs.get("generations", generations):
         return False
     actual = (data.attrs.get("condition"), data.attrs.get("baldwinlab"), data.run.values.tolist())

@@ -83,7 +83,7 @@ class TaskResults(NamedTuple):
 def count_assay_steps(
     study: StudyStore, missing: Mapping[str, Sequence[str]], generations: int | None = None
 ) -> int:
-    """Return the number of agent-steps of these assays; `generations` is that of branches."""
+    """Return the agent-steps of missing assays. `generations`: length of the branches of forks."""
     return sum(
         _agent_steps_of_run(study, condition, names, generations)
         * len(sample_runs(study, condition))
@@ -138,11 +138,8 @@ def run_assays(
     """Measure the missing assays in parallel, and store a condition when all its runs are done.
 
     The results do not depend on the executor and the number of workers. Stored results remain if
-    the process is interrupted.
-
-    `progress`: `progress(description, total)` returns a context manager; its value is called with
-    the number of agent-steps done. Raises `StudyError` if the simulation of a stored generation
-    gives a different energy.
+    the process is interrupted. Raises `StudyError` if the simulation of a stored generation gives a
+    different energy. `missing`: names of assays by condition. `progress`: see `run_study`.
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
@@ -202,7 +199,7 @@ def _plan_tasks(
 def _store_results(
     study: StudyStore, condition: str, measured: list[TaskResults], generations: int | None
 ) -> None:
-    """Concatenate the results of a condition in the order of its runs, and store each assay."""
+    """Concatenate the results of a condition, sorted by run, and store each assay."""
     measured.sort(key=lambda task_results: task_results.task.runs)
     # All tasks of a condition have the same assays.
     names = measured[0].task.names
@@ -233,7 +230,7 @@ def _store_results(
 
 
 def _describe_control(study: StudyStore, condition: str) -> dict[str, Any]:
-    """Return the name and the experiment of the control; the name is "" if the study lacks it."""
+    """Return attributes with the name and experiment of the control; without it, the name is ""."""
     control = find_control(condition, study.experiments)
     experiment = (
         study.experiments[control] if control else study.experiments[condition].without_learning()

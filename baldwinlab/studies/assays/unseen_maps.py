@@ -1,10 +1,10 @@
 """Assay of unseen maps: fitness of the last generation on maps on which no population evolved.
 
-All genomes of the last generation are simulated with the settings of their condition on `N_MAPS`
-maps. A map keeps the arrangement of food, walls and patches of the condition's map, and moves it as
-a whole to a random position. The center of the start disc is uniform on the map, and newborns have
-random headings. The maps depend only on the world of the condition. They are the same for all runs,
-seeds and learning rules.
+All genomes of the last generation are simulated with the settings of the condition on `N_MAPS`
+maps. On each map, food, walls and patches have the same arrangement as on the map of the condition,
+but the arrangement as a whole is at a random position. The center of the start disc is uniform on
+the map, and newborns have random headings. The maps depend only on the world of the condition, so
+they are the same for all runs, seeds and learning rules.
 """
 
 from __future__ import annotations
@@ -27,14 +27,13 @@ from baldwinlab.studies.assays import (
 )
 
 UNSEEN_MAPS: Final = "unseen-maps"
-"""Name of the assay."""
 N_MAPS: Final = 20
 N_LIVES: Final = 1 + N_MAPS
-"""One life on the map of the condition verifies the stored run."""
+"""The additional simulation is on the map of the condition, and verifies the stored run."""
 GENERATOR_SEED: Final = 20
 """Seed of the generator of maps. Another seed would define another assay."""
 MAX_DRAWS: Final = 10_000
-"""Number of draws of a start position after which a world has no space for it."""
+"""Maximum number of draws of a start position. If all overlap, the world has no free space."""
 
 FEATURE_BOXES: Final = {"walls": "boxes", "patches": "patches"}
 """World features with rectangles on the map, and the field with one row per rectangle."""
@@ -76,7 +75,7 @@ def measure(sample: Sample) -> Arrays:
     settings = sample.experiment.at(n_generations - 1)
     for map_index, unseen_map in enumerate(draw_maps(sample.experiment)):
         moved = move_experiment(settings, unseen_map)
-        # Worlds of unused generations: each map has its own random numbers.
+        # Each map has the random numbers of another generation that the run does not have.
         outcomes = sample.simulate(moved, n_generations + map_index, genomes)
         energies.append(outcomes.energy.mean(axis=1))
     return {"energy": np.stack(energies, axis=1)}
@@ -90,6 +89,8 @@ def draw_maps(experiment: Experiment) -> list[UnseenMap]:
     experiment = experiment.at(experiment.evolution.generations - 1)
     world = experiment.world
     boxes = np.array(list_boxes(experiment))
+    # Extreme edges of all boxes. With u = 0, the boxes touch the left edge of the map, and with
+    # u = 1 the right edge. With v, they touch the upper and the lower edge.
     lowest = boxes.min(axis=0)
     highest = boxes.max(axis=0)
     maps = []
@@ -107,7 +108,7 @@ def draw_maps(experiment: Experiment) -> list[UnseenMap]:
 def _draw_start(world: Any, boxes: Boxes, generator: np.random.Generator) -> tuple[int, int]:
     """Return the center of a start disc that overlaps no box.
 
-    After `MAX_DRAWS` draws, the last one is returned: the world has no space for the disc.
+    If all of the `MAX_DRAWS` draws overlap a box, the function returns the last draw.
     """
     draws = generator.random((MAX_DRAWS, 2)) * [world.width, world.height]
     positions = draws.astype(int)
@@ -124,8 +125,8 @@ def _draw_start(world: Any, boxes: Boxes, generator: np.random.Generator) -> tup
 def _measure_gaps(
     positions: npt.NDArray[np.int64], size: float, low: float, high: float
 ) -> npt.NDArray[np.float64]:
-    """Return the distances of positions from an interval on a ring of a given size."""
-    # The positions, and their images on the neighboring maps.
+    """Return the distance of each position from an interval on a ring of a given size."""
+    # [copy, position]: each position, shifted by minus the size, by 0 and by the size.
     images = positions + np.array([[-size], [0], [size]])
     return np.asarray(np.maximum(np.maximum(low - images, images - high), 0).min(axis=0))
 

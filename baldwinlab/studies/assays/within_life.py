@@ -25,11 +25,12 @@ from baldwinlab.studies.assays import (
     first_middle_last,
 )
 
-# Length of a window of the lifetime, in steps; the last window can be shorter.
+# Number of steps of a window of the lifetime. The last window can be shorter.
 WINDOW_STEPS = 250
-# Name of newborns with random genomes.
+# Label of newborns with random genomes.
 RANDOM_NEWBORNS: Final = "random genome"
-# Stored states in the bisection for the step of the first meal.
+# Number of states of a batch in memory. `FirstTime` searches the step of the first meal by
+# bisection of a window, and saves a state at each of log2(WINDOW_STEPS) levels, about 8.
 SAVED_STATES: Final = 10
 
 
@@ -56,7 +57,7 @@ def measure(sample: Sample) -> Arrays:
     """
     compared = first_middle_last(sample.experiment.evolution.generations)
     last_generation = compared[-1]
-    # Random newborns get the world of the last generation.
+    # Random newborns are simulated in the world of the last generation.
     measured = [_measure_newborns(sample, last_generation, sample.random_genomes())]
     for generation in compared:
         measured.append(_measure_newborns(sample, generation, sample.genomes(generation)))
@@ -68,25 +69,31 @@ def measure(sample: Sample) -> Arrays:
 def _measure_newborns(
     sample: Sample, generation: int, genomes: Genome
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Measure the items eaten [run, window, agent] and the step of the first meal [run, agent]."""
-    # Agents with several lifetimes are observed in the first one.
+    """Return the items eaten [run, window, agent] and the step of the first meal [run, agent]."""
+    # Only the first of several lifetimes is measured.
     experiment = sample.experiment.replace(lifetime={"repeats": 1})
     steps = experiment.lifetime.steps
     n_runs, n_agents = genomes.shape[:2]
     batch = make_batch(experiment, sample.seed, sample.runs, generation, genomes)
+    # The numbers of finished steps at the bounds of the windows.
     recorded_steps = [*range(0, steps, WINDOW_STEPS), steps]
+    # A lane is the array column of an agent. The first lanes are the agents of all runs, run by
+    # run, and the last lanes are padding.
     eaten = Series("eaten_in_life", recorded_steps, slice(n_runs * n_agents))
+    # Whether an agent has eaten any kind of item: [run, agent, kind] becomes [run, agent].
     first_meal = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), recorded_steps)
+    # The call fills `eaten.values` [time, lane] and `first_meal.values` [run, agent].
     record_batch(batch, [eaten, first_meal])
     sample.report_generation()
+    # The differences of successive totals are the numbers per window, [window, run, agent].
     eaten_in_window = np.diff(eaten.values, axis=0).reshape(-1, n_runs, n_agents)
-    # The recorded time is the number of steps done. The meal was in the step before.
+    # The recorded time is the number of finished steps: after step 0 it is 1.
     first_meal_step = first_meal.values - 1
     return eaten_in_window.swapaxes(0, 1), first_meal_step
 
 
 def estimate_memory(experiment: Experiment, n_runs: int) -> int:
-    """Return the memory in bytes of the states that are simulated at the same time."""
+    """Return the memory of the states of a batch during the bisection, in bytes."""
     return SAVED_STATES * memory.simulation_bytes(experiment, n_runs)
 
 
@@ -110,7 +117,7 @@ ASSAY: Final = Assay(
     coordinates=coordinates,
     count_lives=count_lives,
     measure=measure,
-    # Eaten items do not depend on the measure of fitness.
+    # `find_archive_obstacle` is not needed, because eaten items do not depend on the fitness part.
     obstacles=(find_birth_obstacle, find_species_obstacle, find_model_obstacle),
     is_default=True,
     work_bytes=estimate_memory,

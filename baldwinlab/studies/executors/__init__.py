@@ -25,11 +25,11 @@ ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 
 
 class Task(Protocol):
-    """Work on a study for one worker, which may run in another process, so it must be picklable."""
+    """Work on a study for one worker. It must be picklable for a worker in another process."""
 
     @property
     def experiments(self) -> Sequence[BaseExperiment]:
-        """Experiments that the task simulates; the worker needs their parts."""
+        """Experiments that the task simulates. The worker needs the parts of these experiments."""
 
     @property
     def agent_steps(self) -> int:
@@ -40,8 +40,8 @@ class Task(Protocol):
     ) -> Any:
         """Execute the task.
 
-        `report_progress`: called with the number of agent-steps after each generation. An exception
-        that it raises ends the task.
+        `report_progress`: called with the number of agent-steps after each generation. If the
+        function raises an exception, the task ends.
         """
 
 
@@ -59,8 +59,8 @@ class Executor(NamedTuple):
     name: str  # "threads", "dask" or "slurm".
     workers: int  # Number of tasks that are executed in parallel.
     work: Work  # The implementation of `run`.
-    # Returns the present number of workers while the executor runs. It can raise OSError. None if
-    # the number does not change.
+    # Function that returns the present number of workers while the executor runs, or raises
+    # OSError. None if the number of workers does not change.
     count_workers: Callable[[], int] | None = None
 
     def run(
@@ -71,13 +71,13 @@ class Executor(NamedTuple):
         backend: Backend,
         done: Done = ignore_result,
     ) -> Generator[int, None, None]:
-        """Execute the tasks of a study in parallel.
+        """Execute the tasks of a study in parallel, and yield each number of finished agent-steps.
 
-        The tasks stop after their current generation if a task or `done` raises an error, or if the
+        All tasks stop after the current generation if a task or `done` raises an error, or if the
         caller closes the generator (ctrl-C). Unfinished runs are then lost.
 
-        `done`: called in this process with each finished task and its result. Raises
-        `ExecutorError` if the executor fails. Errors of tasks are raised unchanged.
+        `done`: called in this process with each finished task and its result. The generator raises
+        `ExecutorError` if the executor fails. It raises the errors of tasks unchanged.
         """
         return self.work(study, tasks, workers, backend, done)
 
@@ -122,7 +122,7 @@ def run_on_threads(
             for future in unfinished:
                 future.add_done_callback(events.put)
         while unfinished:
-            # A finished task, or the agent-steps that a task has done.
+            # An event is the future of a finished task, or a number of finished agent-steps.
             event = events.get()
             if isinstance(event, Future):
                 done(unfinished.pop(event), event.result())
@@ -132,7 +132,7 @@ def run_on_threads(
         with defer_interruptions():
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
-        # Only this wait can be interrupted. All tasks end soon, because `stop` is set.
+        # A user can interrupt only this wait. All tasks end soon, because `stop` is set.
         pool.shutdown()
 
 
@@ -142,9 +142,8 @@ THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on
 def choose_executor(name: str, workers: int | None = None) -> Executor:
     """Return an executor by its name.
 
-    `name`: "threads", "slurm", or "dask:" and the address of a scheduler:
-    dask:tcp://127.0.0.1:8786. `workers`: number of threads or Slurm jobs. Threads default to the
-    number of cores.
+    `name`: "threads", "slurm", or the address of a Dask scheduler: "dask:tcp://127.0.0.1:8786".
+    `workers`: number of threads, by default the number of cores, or number of Slurm jobs.
     """
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)

@@ -1,11 +1,11 @@
 """Executors on a Dask cluster, and the execution of a task on its workers.
 
-The cluster exists already, or its workers are Slurm jobs. A task is sent as plain data with its
-third-party parts, and the worker stores records itself.
+The cluster exists already, or the workers are Slurm jobs. A task is sent as plain data with the
+sources of third-party parts. The worker writes records into the study itself, so only the other
+results of a task pass through the scheduler.
 
 Tasks are submitted in waves, so the number of tasks in the scheduler does not grow with the study.
-Only the result of a task passes through the scheduler. Workers report their progress by events of
-the scheduler, whose total rate is limited for any number of workers.
+Workers report progress by events of the scheduler. The total rate of events is limited.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from baldwinlab.studies.store import StudyStore
 CONNECTION_TIMEOUT: Final = 10
 # Maximum rate of progress events of all tasks.
 EVENTS_PER_SECOND: Final = 100
-# Maximum number of unfinished tasks in the scheduler: two per core of a large cluster.
+# Maximum number of unfinished tasks in the scheduler, or two per core if this is more.
 TASKS_PER_WAVE: Final = 1000
 TASKS_PER_CORE: Final = 2
 # Minimum time between two events of a task, in seconds.
@@ -50,7 +50,7 @@ LOST_SCHEDULER: Final = "the connection to the Dask scheduler is lost"
 
 # Hash of the sources of the engine and the version of Numba.
 ENGINE_HASH: Final = engine_hash()
-# The registry of parts belongs to the process, so one thread loads parts at a time.
+# All threads of a worker share the registry of parts, so only one thread loads parts at a time.
 LOADING_LOCK: Final = Lock()
 
 
@@ -89,7 +89,7 @@ def make_dask_executor(address: str) -> Executor:
     """Return the executor on an existing cluster. Raises RefusedError if no scheduler answers."""
     cluster = DaskCluster(partial(_connect, address))
     with _connect(address) as client:
-        # The workers of an adaptive cluster start when it has tasks.
+        # An adaptive cluster starts its workers later, when it has tasks.
         n_cores = max(1, sum(client.nthreads().values()))
     return Executor("dask", n_cores, cluster.run, cluster.count_cores)
 
@@ -97,7 +97,7 @@ def make_dask_executor(address: str) -> Executor:
 def make_slurm_executor(jobs: int) -> Executor:
     """Return the executor on Slurm jobs, which Dask's configuration describes.
 
-    Raises RefusedError if it does not describe a job.
+    Raises RefusedError if the configuration does not describe a job.
     """
     cluster = DaskCluster(partial(_start_slurm_jobs, jobs))
     return Executor("slurm", jobs * _count_job_cores(), cluster.run, cluster.count_cores)
@@ -144,9 +144,9 @@ def _count_job_cores() -> int:
 class Submission:
     """Tasks that are submitted to a cluster in waves.
 
-    Workers report the remaining agent-steps of a task. The end of a task adds the agent-steps that
-    were not reported. A task of a lost worker restarts. It adds agent-steps only after it has
-    passed the progress of its first attempt.
+    Workers report the remaining agent-steps of a task. At the end of a task, the agent-steps that
+    were not reported are added. A task of a lost worker starts again. The agent-steps of this task
+    are counted only after the second attempt has passed the progress of the first attempt.
     """
 
     def __init__(
@@ -156,7 +156,7 @@ class Submission:
         sources = sources_of(experiment for task in tasks for experiment in task.experiments)
         self._client = client
         self._topic = f"baldwinlab-{uuid4().hex}"
-        # The task and the interval are those of each message.
+        # `pack_task` replaces the task and the interval.
         self._message = RemoteTask(
             task=b"",
             parts=tuple((source, source.sha256) for source in sources),
@@ -184,7 +184,7 @@ class Submission:
                 if isinstance(event, Future):
                     key, remaining_steps = event.key, 0
                     done(self._tasks.pop(key), _get_result(event))
-                    # Without the last reference, the scheduler releases the task.
+                    # The scheduler releases a task when the last reference to its future is gone.
                     del self._futures[key]
                     self._submit_wave()
                 else:
@@ -234,7 +234,7 @@ class Submission:
 def _get_result(future: Future) -> Any:
     """Return the result of a task.
 
-    Raises the error of the task, and ExecutorError if the cluster has lost it.
+    Raises the error of the task, and ExecutorError if the cluster has lost the task.
     """
     try:
         return future.result()
@@ -246,14 +246,14 @@ def _get_result(future: Future) -> Any:
 
 
 class RemoteTask(NamedTuple):
-    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect."""
+    """Message to a worker. It is sent as pickled bytes, because Dask does not inspect bytes."""
 
-    task: bytes  # The pickled task. Its classes are available only after the parts are loaded.
+    task: bytes  # The pickled task. A worker can unpickle it only after it has loaded the parts.
     parts: tuple[tuple[Source, str], ...]  # Sources of third-party parts, each with its SHA-256.
     seed: int
     directory: str
     backend: str
-    engine: str  # Hash of the engine, which must match that of the worker.
+    engine: str  # Hash of the engine. The engine of the worker must have the same hash.
     topic: str  # Topic of the progress events.
     event_interval: float  # Minimum time between two events of this task, in seconds.
 
@@ -279,7 +279,7 @@ def run_remote_task(message: bytes) -> Any:
     report_progress = _progress_reporter(
         worker, task.agent_steps, remote_task.topic, remote_task.event_interval
     )
-    # With another scheduler, xarray opens a Dask client in every worker when it writes.
+    # With another scheduler, xarray opens a Dask client in every worker when xarray writes a file.
     with dask.config.set(scheduler="synchronous"):
         return task.run(
             remote_task.seed, directory, choose_backend(remote_task.backend), report_progress
@@ -303,7 +303,7 @@ def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
 def _progress_reporter(
     worker: Worker, agent_steps: int, topic: str, event_interval: float
 ) -> Callable[[int], None]:
-    """Return a callback that sends the remaining agent-steps, and ends a canceled task."""
+    """Return a callback that sends the remaining agent-steps, and stops a canceled task."""
     key = worker.get_current_task()
     remaining = agent_steps
     last_report = time.monotonic()

@@ -1,4 +1,4 @@
-"""One experiment at many points of the space of its fields; docs/reference/sweeps.md."""
+"""File of a sweep: one experiment with many values of its fields. See docs/reference/sweeps.md."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Range(Fields):
         return self._interpolate(self.low, self.high, share)
 
     def integer(self, share: float) -> int:
-        """Return the integer at a fraction of the range; equally likely on the linear scale."""
+        """Return the integer at a fraction `share` (0 to 1) of the range, on this scale."""
         low = math.ceil(self.low)
         high = math.floor(self.high)
-        # Each integer covers an interval of length 1, the last one from `high` to `high + 1`.
+        # Integer k covers the interval from k to k + 1. On the linear scale all are equally likely.
         value = self._interpolate(low, high + 1, share)
         return min(math.floor(value), high)
 
@@ -51,7 +51,7 @@ class Range(Fields):
             value = low * math.exp(share * math.log(high / low))
         else:
             value = low + share * (high - low)
-        # Rounding can leave the range.
+        # A rounding error can lead out of the range.
         return min(max(value, low), high)
 
 
@@ -63,7 +63,7 @@ Values = Annotated[list[Any], Field(min_length=1)]
 
 
 class Sweep(Fields):
-    """Content of the file of a sweep; `design.expand_sweep` checks the names of the fields."""
+    """Content of the file of a sweep. `design.expand_sweep` checks that the fields exist."""
 
     experiment: str = Field(min_length=1)
     runs: int = Field(10, ge=1)

@@ -1,6 +1,6 @@
 """Design of a sweep, which is a study of an experiment at several points of its fields.
 
-A sweep is a study whose conditions are its points. In addition to the files of a study it has
+The conditions of this study are the points. In addition to the files of a study, a sweep has
 
     DIR/sweep.toml    a copy of the file of the sweep, which names the swept fields
 
@@ -41,9 +41,8 @@ SWEEP_FILE_NAME = "sweep.toml"
 def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     """Return the experiment at each point of a sweep: point-0000, point-0001, ...
 
-    The seed of the sweep determines the points of a random or a Sobol sample.
-
-    `path`: the file of the sweep. The path of an experiment is relative to it.
+    The seed of the sweep determines the points of a random or a Sobol sample. `path` is the file of
+    the sweep. The path of an experiment in this file is relative to the folder of the file.
     """
     base = _load_base(sweep, path)
     points: list[Experiment] = []
@@ -94,6 +93,7 @@ def _require_number_in_range(field: str, value: Any, values: Range) -> None:
 
 
 def _list_points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
+    """Return the values of the swept fields at each point: {"learning.rate": 0.1}."""
     rows: Iterable[Sequence[Any]]
     if sweep.samples is None:
         value_lists = sweep.lists.values()
@@ -115,11 +115,11 @@ def _draw_shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
     generator = np.random.default_rng(sweep.seed)
     if sweep.design == "random":
         return generator.random((samples, len(sweep.fields)))
-    # Loading takes a second, and few sweeps need it.
+    # Imported late: the import takes a second, and few sweeps need it.
     from scipy.stats import qmc
 
     sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
-    # A Sobol sequence is balanced only if its length is a power of 2.
+    # A Sobol sequence is balanced only if its length is a power of 2, so a longer one is cut.
     exponent = (samples - 1).bit_length()
     return sobol.random_base2(exponent)[:samples]
 
@@ -134,7 +134,8 @@ def _pick_value(values: list[Any] | Range, share: float, is_integer: bool) -> An
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
     """Return the value and the meaning of a field. Raises ExperimentError for an unknown field.
 
-    An unset number of steps means "for life". Axes and files show the longest lifetime instead.
+    An unset number of steps means "for life". The function returns the longest lifetime instead,
+    so that figures and files contain a number.
     """
     try:
         value, meaning = look_up(experiment, path)
@@ -150,7 +151,7 @@ def _format_value(value: Any) -> str:
 
 
 def _setting_values(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
-    """Return the value of a field at each point: all as numbers, or all as TOML text."""
+    """Return the values of a field at all points, as numbers or else as TOML texts."""
     values = [value for value, _ in (_look_up(point, field) for point in points)]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return values
@@ -158,7 +159,7 @@ def _setting_values(points: Iterable[Experiment], field: str) -> list[int | floa
 
 
 def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
-    """Raise ExperimentError if two points of a grid are equal."""
+    """Raise ExperimentError if a field of a grid has a value twice, so that points are equal."""
     if sweep.design != "grid":
         return
     for field, values in sweep.lists.items():
@@ -170,10 +171,10 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
 
 
 def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
-    """Raise ExperimentError for a field without effect at all points.
+    """Raise ExperimentError for a field that has no effect at any point.
 
-    A field may have no effect at some points. For example, a sweep of parts can also sweep a field
-    that only one of the parts uses.
+    A field may be without effect at some points. For example, a sweep of parts can also sweep a
+    field that only one of the parts uses.
     """
     unused_by_point = [list_unused_settings(point) for point in points]
     field_by_key = {f"set.{field}": field for field in sweep.fixed}
@@ -207,7 +208,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
 
 def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
-    """Replace the dimension `condition` of a sweep by its swept fields."""
+    """Replace the dimension `condition` of the runs of a sweep as `open_sweep` describes."""
     sweep = read_sweep(study.directory / SWEEP_FILE_NAME)
     points = list(study.experiments.values())
     fields = list(sweep.fields)
@@ -228,7 +229,7 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
 
 
 def settings_by_label(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
-    """Return `settings_by_path` by the readable names of the fields."""
+    """Return `settings_by_path` with readable names of the fields as keys."""
     points = list(study.experiments.values())
     return {
         short_name(field, points[0]): values for field, values in settings_by_path(study).items()
@@ -236,7 +237,7 @@ def settings_by_label(study: StudyStore) -> dict[str, list[int | float] | list[s
 
 
 def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
-    """Return the values of the swept fields at all points, by path, for example learning.rate."""
+    """Return the values of the swept fields at all points: {"learning.rate": [0.1, 0.2]}."""
     if not (study.directory / SWEEP_FILE_NAME).exists():
         return {}
     points = list(study.experiments.values())
@@ -247,7 +248,7 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
 
 
 def name_points(study: StudyStore) -> dict[str, str]:
-    """Return a name for each point of a sweep, such as `learning.rule = hebb`."""
+    """Return a title of each point of a sweep: {"point-0000": "learning.rule = hebb"}."""
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
     all_names = [", ".join(values) for values in zip(*columns, strict=True)] or list(

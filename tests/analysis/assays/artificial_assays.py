@@ -105,7 +105,7 @@ def _make_dataset(
 
 
 def spread(runs: int, *shape: int) -> np.ndarray:
-    """Return factors near 1 that differ between runs."""
+    """Return factors [run, *shape] near 1, which differ only between runs."""
     return np.broadcast_to(
         1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape)
     )
@@ -114,7 +114,7 @@ def spread(runs: int, *shape: int) -> np.ndarray:
 def innate(
     condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course
 ) -> xr.Dataset:
-    """Make the innate assay. Kinds of life without an argument have no values."""
+    """Make the innate assay. `lives`: energy by kind of life. Other kinds of life are NaN."""
     progress = np.linspace(0, 1, GENERATIONS)
     distance = distance or constant(1)
     energy = np.full((runs, GENERATIONS, len(LIFE_KINDS), AGENTS), np.nan)
@@ -134,9 +134,9 @@ def innate(
 def neutral(
     condition: str, evolved: Sequence[float], control: Sequence[float], runs: int = RUNS
 ) -> xr.Dataset:
-    """Make the neutral assay from the energy of evolved newborns and of their neutral control.
+    """Make the neutral assay from the energy of evolved newborns and of the neutral control.
 
-    The values are those with learning off and with learning on.
+    `evolved` and `control` have two values: without learning, and with learning.
     """
     energy = np.array([evolved, control], float)[:, :, None] * spread(
         runs, 10, len(NEWBORNS_COMPARED), 2, AGENTS
@@ -152,7 +152,7 @@ def neutral(
 def within_life(
     condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS
 ) -> xr.Dataset:
-    """Make the assay within life; eaten items rise from random genomes to the last generation."""
+    """Make the assay within life. Eaten items rise from `blank` (random genomes) to `evolved`."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
     eaten = np.round(
         amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)
@@ -197,7 +197,7 @@ def canalization(
 ) -> xr.Dataset:
     """Make the canalization assay, from the effect of each mutation in three generations.
 
-    The effect is smaller by the share `buffering` with learning, and 0 in the new world.
+    With learning, the effect is smaller by the fraction `buffering`. Worlds have no effect.
     """
     # Fitness has the mean 5 and the standard deviation 2 in each generation and kind of life.
     agents = 5 + 2 * np.array([-1.0, 1.0] * (AGENTS // 2))

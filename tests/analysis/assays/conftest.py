@@ -1,4 +1,4 @@
-"""One study with all its assays, which the tests of this folder only read."""
+"""One study with all assays. The tests of this folder only read the study."""
 
 from __future__ import annotations
 

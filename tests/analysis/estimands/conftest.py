@@ -1,4 +1,4 @@
-"""Small studies of systems whose answer is exact."""
+"""Small studies of systems for which theory has an exact answer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import baldwinlab as bl
 from baldwinlab.experiment import BaseExperiment
 
 SLOPES = tuple(f"stepping/{shape}" for shape in ("convex", "exponential", "concave"))
-# Conditions of each study, with the number of agents and of generations.
+# Conditions of each study, number of agents, and number of generations.
 STUDIES = {
     "paenke-2007": (SLOPES, 300, 12),
     "hinton-nowlan-1987": (("guessing",), 1000, 12),

@@ -16,7 +16,7 @@ NO_MEALS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
 TAUGHT_BEAT_EVOLVED: Eaten = {
     **AS_THE_PAPER,
     "self-taught/A": range(100, 100 + RUNS),
-}  # the opposite of C6, and of C6 alone
+}  # Of all claims, only C6 is contradicted.
 
 
 def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> VariantResult:
@@ -44,5 +44,5 @@ def multiverse_of(*variants: VariantResult) -> Multiverse:
 
 
 def with_gain(gain: float) -> Eaten:
-    """Return the results of the paper, with another gain of evo+self-taught on map A."""
+    """Return the results of the paper. On map A, evo+self-taught eats `gain` more than evo."""
     return {**AS_THE_PAPER, "evo+self-taught/A": [eaten + gain for eaten in AS_THE_PAPER["evo/A"]]}

@@ -50,7 +50,7 @@ def study(
     for number, (name, values) in enumerate(eaten.items()):
         food[number, : len(values)] = np.reshape(list(values), (-1, 1, 1))
         if name == "evo+self-taught/B":
-            food[number, : len(values), : generations // 2, :hungry] *= 0
+            food[number, : len(values), : generations // 2, :hungry] *= 0  # NaN remains NaN.
     dims = ("condition", "run", "generation", "agent")
     coords = {
         "condition": list(eaten),
@@ -82,7 +82,7 @@ def experiment(name: str, generations: int, agents: int) -> Experiment:
 def trace(
     condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10
 ) -> xr.Dataset:
-    """Return a trace of agents that walk to the right across the edge; every second agent eats."""
+    """Return a trace. The agents walk to the right across the edge, and every second one eats."""
     x = (160.0 + np.arange(steps)[:, None] * 12.0 + np.arange(agents)) % 640
     eaten = np.zeros((steps, agents), np.int32)
     eaten[-1, ::2] = 1
@@ -101,7 +101,7 @@ def trace(
 
 
 def species_trace(sizes: Mapping[str, int], steps: int = 40) -> xr.Dataset:
-    """Return a trace of species by size: rows of agents that walk to the right.
+    """Return a trace of species that walk to the right in rows. `sizes`: agents by species.
 
     In each species, the last agent eats in the first step and dies in the middle of the lifetime.
     """
@@ -128,6 +128,5 @@ def species_trace(sizes: Mapping[str, int], steps: int = 40) -> xr.Dataset:
 
 
 def count_items(single: xr.Dataset) -> int:
-    """Return the number of items of a trace."""
     kinds = json.loads(single.attrs["appearance"])["item_kinds"]
     return sum(kind["number"] for kind in kinds)

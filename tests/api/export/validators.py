@@ -33,8 +33,8 @@ def validate(kind: str, *arguments: object) -> Any:
 def validate_crate(folder: str, severity: str, context: str) -> dict[str, list[str]]:
     """Return the message of each issue with its entities.
 
-    The validator requests the terms of the specification from the network; `context` is the file
-    of the library `rocrate` with these terms, which is the answer.
+    The validator requests the terms of the specification from the network. The answer is `context`
+    instead, the file of the library `rocrate` with these terms.
     """
     import requests
     from rocrate_validator import models, services
@@ -62,7 +62,7 @@ def validate_crate(folder: str, severity: str, context: str) -> dict[str, list[s
 
 
 def validate_phylogeny(path: str) -> dict[str, Any]:
-    """Return the properties of a phylogeny in the ALife standard, and its roots."""
+    """Return properties of a phylogeny in the ALife standard, and the identifiers of the roots."""
     import pandas as pd
     from phyloframe import legacy
 

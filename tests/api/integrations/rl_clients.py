@@ -16,7 +16,7 @@ from typing import Any
 
 PYTHON = Path(sys.prefix, "nightly", "bin", "python")
 SOURCE = Path(__file__).parents[3]
-# A process that is started imports the package by this name.
+# "MODULE:ID": Gymnasium imports the module, also in new processes.
 ENVIRONMENT = "baldwinlab:baldwinlab/Forager-v0"
 SETTINGS: dict[str, Any] = {"preset": "evo/A", "set": {"lifetime.steps": 100}}
 
@@ -47,7 +47,7 @@ def run_client(name: str, *arguments: object) -> Any:
 
 
 def train_in_processes(start_method: str) -> int:
-    """Train PPO in two processes, and return the number of steps."""
+    """Train PPO in two processes, and return the number of steps of both environments."""
     from stable_baselines3 import PPO
     from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.vec_env import SubprocVecEnv
@@ -67,7 +67,7 @@ def train_in_processes(start_method: str) -> int:
 
 
 def step_with_supersuit() -> dict[str, Any]:
-    """Stack frames of all agents of two worlds in two processes; return the sums of some steps."""
+    """Simulate two worlds in two processes. Return the shape of inputs and the number of ends."""
     import numpy as np
     import supersuit
 

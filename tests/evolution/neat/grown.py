@@ -47,7 +47,7 @@ def first_network(weights: tuple[float, float, float] = (0.1, 0.2, 0.3)) -> Grap
 
 
 def population(*graphs: Graph) -> Genome:
-    """Return the genomes [agent, module, entry] of `graphs`, with one ledger."""
+    """Return the genomes [agent, module, entry] of `graphs`, with the same last innovation."""
     genome = np.stack(graphs)[:, None]
     genome[:, 0, LAST_INNOVATION] = genome[:, 0, LAST_INNOVATION].max()
     return genome
@@ -56,9 +56,9 @@ def population(*graphs: Graph) -> Genome:
 def population_of_species(
     *numbers: int, stale: dict[int, int] | None = None, best: float = 0.0
 ) -> Genome:
-    """Return founders of the given species, whose best fitness is `best`.
+    """Return one founder for each number of a species. All species have the best fitness `best`.
 
-    `stale` is the number of generations without a new best, by species.
+    `stale`: number of generations without a new best fitness, by number of the species.
     """
     genome = population(*(first_network() for _ in numbers))
     genome[:, 0, SPECIES] = numbers
@@ -84,7 +84,7 @@ def neat_experiment(agents: int, neat_fields: dict[str, Any] | None = None, **ch
 
 
 def part_values_of(part: str = "neat", **fields: Any) -> Any:
-    """Return the fields of a part in the form in which its hooks read them."""
+    """Return the argument `part` of the hooks of a NEAT variation or selection."""
     kind = "variation" if part == "neat" else "selection"
     part_values = registry.find_class(kind, part)(**fields)
     return SimpleNamespace(**part_values.model_dump(), blind=False, loops=False)

@@ -31,7 +31,7 @@ def learning_settings(draw: st.DrawFn) -> dict[str, Any]:
     steps = draw(st.sampled_from([10**8, 10**8, 0, 7]))
     # Results in float32 and float64 differ too much at rates far above 1.
     evolved_rate = rule != "none" and rate == 0.01 and draw(st.booleans())
-    # Settings without an effect are refused.
+    # Without learning, the other settings have no effect, and are refused.
     if rule == "none":
         return {"rule": rule}
     return {"rule": rule, "rate": rate, "steps": steps, "evolved_rate": evolved_rate}

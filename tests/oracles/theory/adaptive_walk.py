@@ -32,7 +32,7 @@ def expect_walk_time(right: Floats, left: Floats, target: int) -> float:
     waits, and must return from each move to the left. The sum of h(0) to h(target - 1) is
     the double sum of Borenstein and others.
 
-    It is infinite if a move to the right has the probability 0.
+    The result is infinite if a move to the right has the probability 0.
     """
     total = step_time = 0.0
     for position in range(target):

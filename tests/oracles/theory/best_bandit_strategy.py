@@ -15,7 +15,7 @@ from scipy.stats import norm
 
 from baldwinlab.analysis.theory.choices import MEAN_PAYOFF, Bandit
 
-# Half of the width of the grid of posterior means, in prior standard deviations, and its size.
+# Grid of posterior means: half of the width, in prior standard deviations, and number of points.
 GRID_WIDTH: Final = 8.0
 GRID_SIZE: Final = 2001
 
@@ -39,10 +39,10 @@ def compute_optimal_payoff(bandit: Bandit) -> float:
     values = np.zeros(GRID_SIZE)
     for n in reversed(range(bandit.pulls)):
         # The values are a sum of hinges max(0, x - g) at the grid points g. To the left of the
-        # grid, they are 0; to the right, they continue with their slope.
+        # grid, the values are 0. To the right, the values continue with the last slope.
         slopes = np.diff(values, prepend=0.0, append=2 * values[-1] - values[-2]) / spacing
         hinges = np.diff(slopes)
-        # The mean of a hinge is known for a normal number.
+        # The mean of a hinge has a formula if x' is normal.
         smallest_step = np.finfo(np.float64).tiny
         d = differences / max(steps[n], smallest_step)
         mean_hinge = differences * norm.cdf(d) + steps[n] * norm.pdf(d)

@@ -34,8 +34,8 @@ class Elements(NamedTuple):
     weights : array of shape (element,)
         Contribution of each element to fitness, if it is right.
     prerequisites : sequence of int
-        Number of the element that each element needs, counted from 1; 0 for none. It is smaller
-        than the number of the element.
+        Number of the element that an element needs, from 1, or 0 for none. An element needs only
+        elements with smaller numbers.
     """
 
     success_probabilities: npt.ArrayLike
@@ -47,15 +47,15 @@ def compute_carrier_fitness(shares: Floats, elements: Elements) -> Floats:
     """Return the mean fitness of the carriers of each allele.
 
     Without linkage, the states of the other elements do not depend on the allele. An element is
-    right with the probability R_i = a_i + b_i p_i R_j, with the shares a_i of the innate and b_i of
-    the plastic allele, and the prerequisite j. A right element is worth V_i = w_i + sum of
-    b_k p_k V_k over the elements k that need it. Fitness is linear in the state of an element.
+    right with the probability R_i = a_i + b_i p_i R_j, with the frequencies a_i and b_i of the
+    innate and of the plastic allele, and the prerequisite j. A right element is worth V_i = w_i +
+    the sum of b_k p_k V_k over the elements k that need i. Fitness is linear in each element.
     Therefore the carriers of an allele with the probability r of a right element have the mean
     fitness W + (r - R_i) V_i, where W is the sum of w_i R_i.
     """
     success = np.asarray(elements.success_probabilities, np.float64)
     weights = np.asarray(elements.weights, np.float64)
-    # Probability of each allele that its element is right.
+    # [allele, element]: probability that an element with this allele is right.
     right = np.stack([np.ones_like(success), success, np.zeros_like(success)])
     all_right = shares[INNATE].copy()
     for element, prerequisite in enumerate(elements.prerequisites):
@@ -86,10 +86,10 @@ def predict_selection(elements: Elements) -> Floats:
 
 
 def advance_shares(shares: Floats, elements: Elements, mutation_rate: float = 0.0) -> Floats:
-    """Return the shares of alleles after one generation of an infinite population.
+    """Return the frequencies of alleles after one generation of an infinite population.
 
-    Shares are [allele, element]. Selection is proportional to fitness, and each allele of a child
-    comes from a separate parent. A mutation draws each of the three alleles equally often.
+    `shares`: frequencies [allele, element]. Selection is proportional to fitness, and each allele
+    of a child comes from a separate parent. A mutation draws the three alleles equally often.
     """
     selected = shares * compute_carrier_fitness(shares, elements)
     selected /= selected.sum(axis=0)

@@ -2,8 +2,8 @@
 
 With the innate fitness f and the fitness with learning f_L, the gain is g = f_L / f. If parents
 are selected in proportion to fitness, learning moves their mean trait by Cov_f(x, g) / E_f(g), with
-moments weighted by f. This is exact for any distribution of the trait x. Chebyshev's inequality
-gives its sign, which is that of the slope of ln g if this sign is the same for all agents.
+moments weighted by f. This is exact for any distribution of the trait x. If ln g increases with x
+for all agents, this change is positive; if ln g decreases, it is negative (Chebyshev's inequality).
 
 References
 ----------

@@ -1,7 +1,7 @@
 """Laws of learning for a preference between two media on the logit scale.
 
-An animal with the innate preference x lays the share p(x) = 1 / (1 + exp(-x)) of its eggs on the
-right medium. Learning raises x by d(x). Fitness is the share of eggs on the right medium.
+An animal with the innate preference x lays the fraction p(x) = 1 / (1 + exp(-x)) of its eggs on the
+right medium. Learning raises x by d(x). Fitness is the fraction of eggs on the right medium.
 
 References
 ----------
@@ -27,10 +27,7 @@ CUT: Final = 8.0
 
 
 def choice_share(preference: Numbers) -> Numbers:
-    """Return the share p(x) of eggs on the right medium.
-
-    The result is 1 / (1 + exp(-x)).
-    """
+    """Return the fraction p(x) = 1 / (1 + exp(-x)) of eggs on the right medium."""
     share: Numbers = 1 / (1 + np.exp(-preference))
     return share
 
@@ -72,8 +69,8 @@ def predict_preferences(
     """Predict the preference in an infinite population with infinitesimal inheritance.
 
     The density f of newborns becomes f p(x + d) by selection. A child is the mean of two
-    independent parents plus normal noise. The density is computed on a grid. The first generation
-    is that of the founders. `learn` returns the shifts d(x), which are 0 without learning.
+    independent parents plus normal noise. The density is computed on a grid. Generation 0 is the
+    generation of the founders. `learn` returns the shifts d(x), which are 0 without learning.
     """
     widest_std = max(initial_std, 2**0.5 * segregation_std)
     step = GRID_STEP * min(initial_std, segregation_std)

@@ -149,7 +149,7 @@ def approximate_time_constants(setting: Setting) -> tuple[float, float]:
 
 
 def plasticity_share(setting: Setting) -> float:
-    """Return the share of the change of the phenotype that plasticity makes in the first phase.
+    """Return the fraction of the change of the phenotype by plasticity in the first phase.
 
     The result is Gbb jump^2 / (Gaa + Gbb jump^2).
     """

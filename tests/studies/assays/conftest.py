@@ -1,4 +1,4 @@
-"""A study with all assays. The tests of this folder only read it."""
+"""A study with all assays. The tests of this folder only read the study."""
 
 from __future__ import annotations
 

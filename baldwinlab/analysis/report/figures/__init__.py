@@ -1,6 +1,6 @@
-"""Figures of the report: each module of this package declares one, with the name of the module.
+"""Figures of the report. Each module of this package declares a figure with the module's name.
 
-The names are known without an import of the modules, and thus of Matplotlib.
+The names are listed without an import of the modules, because these imports load Matplotlib.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class DeclaredFigure(NamedTuple):
     name: str  # Name in `paper.toml`, and of the files.
     draw: DrawFunction  # Returns None if a study has no data for the figure.
     is_setup: bool  # Whether the figure describes the model, in the section on the setup.
-    needs_world: bool  # Whether captions of papers on the figure describe MiniWorld.
+    needs_world: bool  # Whether the text that papers add to the caption describes MiniWorld.
 
 
 _declared: Final[dict[str, DeclaredFigure]] = {}
@@ -57,7 +57,7 @@ def _name_figure(module: str) -> str:
 
 
 def load_figure(name: str) -> DeclaredFigure:
-    """Return a figure. Its module is imported, with Matplotlib."""
+    """Import the module of a figure, which declares the figure, and return the figure."""
     import_module(f"{__name__}.{name.replace('-', '_')}")
     return _declared[name]
 
@@ -77,7 +77,7 @@ def check_figures(paper: Paper) -> None:
 
 
 def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
-    """Draw the figures of a report, those of its paper or those of `DEFAULT_FIGURES`."""
+    """Draw the figures that the paper of a report names, or without a paper `DEFAULT_FIGURES`."""
     names = report.paper.metadata.figures if report.paper else DEFAULT_FIGURES
     captions = report.paper.texts.captions if report.paper else {}
     has_world = bool(select_foragers(report.experiments))
@@ -87,6 +87,7 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
         if drawn:
             is_caption_valid = has_world or not figure.needs_world
             addition = captions.get(figure.name, "") if is_caption_valid else ""
+            # Figures of results without links get links to typical lifetimes.
             links = drawn.links if drawn.links or figure.is_setup else condition_links
             yield drawn._replace(
                 name=figure.name,

@@ -1,4 +1,4 @@
-"""Fitness by generations and by evaluations."""
+"""Fitness by generations and by evaluations. Learning uses many evaluations per generation."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
 
 
 def _average(dataset: xr.Dataset, evaluations: str) -> xr.Dataset:
-    """Return the mean fitness and the total evaluations (condition, generation)."""
+    """Return `mean` fitness and total `evaluations` (condition, generation), means over runs."""
     per_generation = dataset[evaluations].sum("agent", min_count=1)
     totals = per_generation.cumsum("generation").mean("run")
     return xr.Dataset({"mean": fitness.mean(dataset).mean("run"), "evaluations": totals})

@@ -1,4 +1,4 @@
-"""Figure of the evolution of foraging: positions of agents by generation, and shares that ate.
+"""Figure of the evolution of foraging: positions of agents, and the fraction of agents that ate.
 
 Source: the last figure of N. Le (2019), in the section "The Emergence of Intelligent Foraging".
 """
@@ -82,10 +82,10 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
-    """Draw the positions of the agents of one population, and the share of agents that eat.
+    """Draw the positions of the agents of one population, and the fraction of agents that eat.
 
-    `dataset`: runs as (condition, run, generation, agent). Above, maps of the time per cell. Below,
-    the share of agents that eat, in all runs.
+    `dataset`: runs as (condition, run, generation, agent). The maps above show the time per cell.
+    The curve below shows the fraction of agents that eat, in all runs.
     """
     if not traces:
         raise ValueError("there is no trace to draw")

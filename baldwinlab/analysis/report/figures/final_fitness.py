@@ -32,7 +32,7 @@ MAX_LABEL_LETTERS = 48
 MAX_BOXES_OF_HALF_WIDTH = 24
 # Height of the titles and the margins in the figure of boxes, in inches.
 BOX_MARGIN_HEIGHT = 0.9
-# Vertical distance of two brackets, as a share of the height of the panel.
+# Vertical distance of two brackets, as a fraction of the height of the panel.
 BRACKET_DISTANCE = 0.13
 
 
@@ -61,14 +61,15 @@ def draw_fitness_boxes(
 ) -> Figure:
     """Draw final fitness: a box per condition and a point per run.
 
-    `dataset`: runs as (condition, run, generation, agent). The figure has a row per map, a column
-    for best and mean fitness; with many conditions, a row for each. Boxes show quartiles; whiskers
-    reach to the farthest run within 1.5 times the interquartile range.
+    `dataset`: runs as (condition, run, generation, agent). Each map has a row with two panels, best
+    and mean fitness. With many conditions, each panel has its own row. Boxes show quartiles.
+    Whiskers reach to the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
     n_boxes = Counter(condition.map_name for condition in style_conditions(dataset))
     is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
     n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
+    # Space for vertical labels in inches, by map. Horizontal labels need none.
     label_heights = {
         map_name: 0 if _fit_horizontally(names) else LETTER_INCHES * max(map(len, names))
         for map_name, names in labels.items()
@@ -122,7 +123,7 @@ def _select_findings(results: Sequence[ClaimResult], measure: str) -> list[Findi
 
 
 class _Bracket(NamedTuple):
-    """The p-value of two conditions, by their positions in a panel."""
+    """The p-value of two conditions, by the indices of their boxes in a panel."""
 
     left: int
     right: int
@@ -198,12 +199,12 @@ def _names_by_map(dataset: xr.Dataset) -> list[list[str]]:
 
 
 def _find_baselines(brackets: Sequence[_Bracket]) -> set[int]:
-    """Return the position that is part of all brackets. Empty if there is none."""
+    """Return the indices of the boxes that are part of every bracket, usually one or none."""
     return set.intersection(*({bracket.left, bracket.right} for bracket in brackets))
 
 
 def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> None:
-    """Write each p-value above its box, if all comparisons share a condition."""
+    """Write each p-value above a box, if all comparisons share a condition."""
     vertical: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom"}
     for baseline in _find_baselines(brackets):
         axes.text(baseline, 1.03 * top, "against", **vertical)

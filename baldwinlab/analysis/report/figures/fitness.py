@@ -1,4 +1,4 @@
-"""Fitness by generation: a row per map, a column for best and mean fitness."""
+"""Fitness by generation: a row per map, with a panel each for best and mean fitness."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def draw_figure(report: ReportData) -> ReportFigure:
 
 
 class Panel(NamedTuple):
-    """A panel, and what is drawn in it."""
+    """A panel, with the measure and the conditions to draw."""
 
     axes: Axes
     measure: str
@@ -73,11 +73,12 @@ class Panel(NamedTuple):
 def make_panels(
     figure: Figure, dataset: xr.Dataset, is_single_column: bool = False
 ) -> Iterator[Panel]:
-    """Yield a panel for each map and measure, with the conditions to draw in it."""
+    """Yield a panel for each map and measure, with the conditions to draw."""
     conditions = style_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
     columns = 1 if is_single_column else len(MEASURE_TITLES)
     grid = figure.subplots(len(maps) * len(MEASURE_TITLES) // columns, columns, squeeze=False)
+    # The reshaped grid is [map, measure].
     for row, map_name in zip(grid.reshape(len(maps), -1), maps, strict=True):
         conditions_on_map = [
             condition for condition in conditions if condition.map_name == map_name
@@ -87,13 +88,13 @@ def make_panels(
             axes.set_title(title, loc="left", fontweight="bold")
             axes.set_ylabel(wrap_label(fitness.outcome(dataset)))
             yield Panel(axes, measure, conditions_on_map)
-            # The caller has drawn the panel now, so its limit is known.
+            # The caller has drawn into the panel now, so the upper limit is known.
             start_at_zero(axes)
 
 
 @styled
 def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
-    """Draw fitness by generation, with its interval: a row per map, a column per measure."""
+    """Draw fitness by generation, with intervals: a row per map, a column per measure."""
     conditions = style_conditions(dataset)
     learners = {condition.learner: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))

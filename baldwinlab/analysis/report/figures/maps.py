@@ -104,7 +104,8 @@ def draw_world_maps(
 ) -> Figure:
     """Draw maps with the birth disc, the regions of items, and an example of agents and items.
 
-    `appearances`: appearances by title. A world without an appearance shows its food.
+    `agents`: number of example agents. `appearances`: appearances by title. A world without an
+    appearance shows its food.
     """
     n_columns = min(len(worlds), MAX_COLUMNS)
     n_rows = math.ceil(len(worlds) / n_columns)
@@ -145,7 +146,7 @@ def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> 
     generator = np.random.default_rng(EXAMPLE_SEED)
     draw_empty_map(axes, world, appearance)
     _draw_agents(axes, world, agents, generator)
-    # Regions that overlap have one common label.
+    # Regions with the same left, right and upper edges have one common label.
     labels: dict[tuple[float, float, float], list[str]] = {}
     for region, kind in zip(select_item_regions(appearance), appearance["item_kinds"], strict=True):
         left = region["x"]
@@ -162,7 +163,7 @@ def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> 
         labels.setdefault((left, right, top - LABEL_DISTANCE), []).append(f"{n_items} {noun}")
     for (left, right, height), texts in labels.items():
         center = (left + right) / 2
-        # In the right half, a label ends at the edge of its region, so that it fits on the map.
+        # A label in the right half ends at the edge of the region, and so fits on the map.
         is_right = center > world.width / 2
         x = right if is_right else center
         alignment = "right" if is_right else "center"
@@ -185,6 +186,7 @@ def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Gen
         va="top",
         path_effects=TEXT_HALO,
     )
+    # The square root makes the positions uniform in the disc.
     angle = generator.uniform(0, 2 * np.pi, agents)
     distance = start.radius * np.sqrt(generator.uniform(size=agents))
     x = start.x + distance * np.cos(angle)
@@ -198,7 +200,7 @@ def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     centers = np.stack([x, y], axis=-1)
     corners = BODY_SIDE / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     squares = PolyCollection(
-        list(centers[:, None] + corners),
+        list(centers[:, None] + corners),  # [square, corner, (x, y)]
         facecolor=color,
         edgecolor="white",
         linewidth=0.3,

@@ -56,6 +56,7 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figu
         for condition in conditions
     }
     has_maps = maps != [""]
+    # (positions, labels): a tick per learner, or if there are maps, a tick per group of boxes.
     if not has_maps:
         ticks = ([float(position) for position in positions.values()], learners)
     else:

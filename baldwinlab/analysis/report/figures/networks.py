@@ -44,22 +44,22 @@ UNIT_RADIUS = 0.06
 MAX_UNIT_DISTANCE = 0.19
 # Largest distance of the first and last unit of a layer, in inches.
 MAX_LAYER_HEIGHT = 0.54
-# Height of the middle of the layers above the center of a network, in inches.
+# Distance from the center of a network up to the middle of its layers, in inches.
 LAYERS_OFFSET = 0.08
-# Distance between the names of inputs or actions and their units, in inches.
+# Distance between a unit and the name of the input or action, in inches.
 NAME_DISTANCE = 0.14
 
 
 class AgentKind(NamedTuple):
     """Agents with the same structure."""
 
-    name: str  # Names of the conditions with such agents.
-    lines: Sequence[str]
+    name: str  # Learner of the conditions with such agents, such as "evo".
+    lines: Sequence[str]  # Phrases on inheritance and on learning.
     inputs: Sequence[str]
     hidden: Sequence[int]  # Units of each hidden layer.
     actions: Sequence[str]
-    # The networks of a genome. The first network acts. The others teach it, and are named "NAME:
-    # EFFECT".
+    # Descriptions of the networks of a genome. The first network acts. Each other network teaches
+    # the first one, and has the description "NAME: EFFECT".
     modules: Sequence[str]
 
 
@@ -160,7 +160,7 @@ def draw_networks(kinds: Sequence[AgentKind]) -> Figure:
 
 
 def _draw_kind(axes: Axes, kind: AgentKind, center_y: float) -> None:
-    """Draw a kind of agent. `center_y` is the height of the center of its acting network."""
+    """Draw a kind of agent. `center_y` is the height of the center of the acting network."""
     axes.text(0.05, center_y + 0.22, kind.name, fontweight="bold", va="center")
     description = "\n".join(kind.lines)
     axes.text(0.05, center_y + 0.1, description, va="top", color=DARK_GRAY, linespacing=1.4)
@@ -195,7 +195,7 @@ def _draw_teacher(axes: Axes, kind: AgentKind, teacher: str, center_y: float) ->
 
 
 def _draw_module(axes: Axes, kind: AgentKind, center_y: float, color: str, name: str) -> None:
-    """Draw a network with its name below."""
+    """Draw a network, and the name below the network."""
     # Number of units of each layer.
     layers = [len(kind.inputs), *kind.hidden, len(kind.actions)]
     layer_distance = (LAST_LAYER_X - FIRST_LAYER_X) / (len(layers) - 1)
@@ -221,7 +221,7 @@ def _unit_heights(n_units: int, center_y: float) -> list[float]:
     n_drawn = min(n_units, MAX_UNITS)
     distance = min(MAX_UNIT_DISTANCE, MAX_LAYER_HEIGHT / max(n_drawn - 1, 1))
     middle_index = (n_drawn - 1) / 2
-    # The layers are above the center, because the name of the network is below them.
+    # The layers are above the center, because the name of the network needs space below.
     return [
         center_y + LAYERS_OFFSET + distance * (middle_index - unit_index)
         for unit_index in range(n_drawn)

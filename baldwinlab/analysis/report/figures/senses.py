@@ -18,7 +18,7 @@ from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.maps import BODY_SIDE
 from baldwinlab.analysis.report.sections import ReportFigure
 
-# Angle of a sector, in degrees, up to which its edges have no label, for lack of space.
+# Sectors up to this angle, in degrees, have no labels at the edges, for lack of space.
 MIN_LABELED_DEGREES = 10
 
 
@@ -127,7 +127,7 @@ def _draw_item(axes: Axes, sector: SensorSector, appearance: Appearance) -> None
 def _draw_sectors(axes: Axes, sectors: Mapping[SensorSector, list[str]], radius: float) -> None:
     last_sector = list(sectors)[-1] if sectors else None
     for sector, names in sectors.items():
-        # The last sector contains the item, so it has the color of an active input in the lab.
+        # The last sector contains the item and has the color of an active input in the lab.
         color = ORANGE if sector == last_sector else PALE
         edges = (sector.first_degrees, sector.last_degrees)
         axes.add_patch(Wedge((0, 0), sector.radius, *edges, fc=color, alpha=0.55, ec=GRAY, lw=1))

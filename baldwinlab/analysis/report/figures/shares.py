@@ -1,4 +1,4 @@
-"""Shares by generation, such as the shares of alleles: a panel per condition."""
+"""Fractions by generation, such as the fraction of each allele: a panel per condition."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 
 @styled
 def draw_shares(shares: xr.Dataset) -> Figure:
-    """Draw shares (condition, run, generation): the mean over runs and its 95 % interval."""
+    """Draw fractions (condition, run, generation): the mean over runs and its 95 % interval."""
     conditions = style_conditions(shares)
     figure, panels = make_panels(
         len(conditions), MAX_COLUMNS, PANEL_HEIGHT, LEGEND_HEIGHT, sharey=True

@@ -1,4 +1,4 @@
-"""Shares of the species that compete, by generation."""
+"""Fraction of each competing species in the population, by generation."""
 
 from __future__ import annotations
 

@@ -33,17 +33,17 @@ def draw_figure(report: ReportData) -> ReportFigure:
 
 @styled
 def draw_survival(dataset: xr.Dataset) -> Figure:
-    """Draw the share of surviving runs by time. The variable `energy` is the survival time."""
+    """Draw the fraction of surviving runs by time. The variable `energy` is the survival time."""
     figure = Figure((FIGURE_WIDTH, 3.1))
     axes = figure.subplots()
     lifetimes = fitness.final(dataset, "mean", 1)
-    start = max(1.0, 0.9 * float(lifetimes.min()))
+    start = max(1.0, 0.9 * float(lifetimes.min()))  # Above 0, for the logarithmic axis.
     conditions = style_conditions(dataset)
     for condition in conditions:
         times = np.sort(lifetimes.sel(condition=condition.name).dropna("run").values)
         n_deaths = np.arange(1, times.size + 1)
         share_alive = 1 - n_deaths / max(1, times.size)
-        # A run that survives to the end of the simulation has no death to draw.
+        # Runs with the longest time count as survivors, so no death is drawn.
         share_alive[times == float(lifetimes.max())] = np.nan
         draw_line(axes, [start, *times], [1.0, *share_alive], condition.style, is_stepped=True)
     axes.set(

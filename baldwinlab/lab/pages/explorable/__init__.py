@@ -1,7 +1,8 @@
-"""The explorable: an essay in one HTML file, whose pictures simulate in the browser.
+"""The explorable: an essay in one HTML file. The pictures of the essay simulate in the browser.
 
-The experiments are conditions of `le-2019` on map A, with lifetimes of a fifth of the length, so
-that a browser simulates a run in about a second.
+The experiments (scenes) are conditions of `le-2019` on map A. Lifetimes have a fifth of the steps,
+so that a browser simulates a run in about a second. The figure of the needle, a model without a
+world, shows stored results.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ STYLES: Final = ("vendor/uPlot.min.css", "base.css", "explorable/explorable.css"
 STRINGS_FILE: Final = Path(__file__).parent / "strings.toml"
 RECORDINGS_FILE: Final = Path(__file__).parent / "recordings.json"
 MAX_PAGE_BYTES: Final = 1_500_000
-# The compiled modules of the page, by the names of the package.
+# The names of the compiled modules on the page, see `shipped_experiments`.
 PROGRAMS: Final = (
     "none-simultaneous",
     "self-taught-simultaneous",
@@ -40,21 +41,23 @@ PROGRAMS: Final = (
     "none-walls-patches",
     "self-taught-walls-patches",
 )
-# Settings of the needle that its law needs.
+# Settings of the moving needle from which the page computes a law.
 NEEDLE_SETTINGS: Final = ("loci", "trials", "redrawn_loci")
 _PLACEHOLDER: Final = re.compile(r"\{(\w+)\}")
 SEED: Final = 7
 RUNS: Final = 5
 STEPS: Final = 1000
-# Generations of a run. Learning is switched off at a fork.
+# Number of generations of a run. At the generation of the fork, learning is switched off in a copy
+# of the run.
 GENERATIONS: Final = 100
 FORK_GENERATION: Final = 60
-# The generations of the comparison at the end of a run.
+# The final comparison averages this number of generations at the end of a run.
 LAST_GENERATIONS: Final = 10
-# The lifetime on the first map: agents eat early and often.
+# The lifetime that the first map shows. In this lifetime, agents eat early and often.
 FIRST_RUN: Final = 3
 FIRST_GENERATION: Final = 20
-# The needle: the recorded costs of a trial, and the recorded periods. 0: the needle never moves.
+# The moving needle is a peak of fitness that moves every PERIOD generations. The file of recordings
+# has results of these costs of a trial, these periods, and this number of runs.
 NEEDLE_COSTS: Final = (0.25, 0.5, 1.0, 1.5, 2.0)
 NEEDLE_PERIODS: Final = (2, 5, 10, 20, 50, 100)
 NEEDLE_RUNS: Final = 3
@@ -63,7 +66,7 @@ NEEDLE_RUNS: Final = 3
 class Dial(NamedTuple):
     """A number in a sentence that the reader can change."""
 
-    # The value at opening, and the possible values.
+    # The value when the page opens. The reader can choose minimum, minimum + step, ..., maximum.
     value: float
     minimum: float
     maximum: float
@@ -79,7 +82,7 @@ DIALS: Final[Mapping[str, Dial]] = {
     "rate": Dial(0.01, 0, 0.1, 0.005, "learning.rate"),
     "runs": Dial(RUNS, 1, RUNS, 1),
     "fork": Dial(FORK_GENERATION, 10, 80, 10),
-    # The indices of the recorded costs and periods.
+    # The values are indices into `NEEDLE_COSTS` and `NEEDLE_PERIODS`.
     "cost": Dial(2, 0, len(NEEDLE_COSTS) - 1, 1),
     "period": Dial(2, 0, len(NEEDLE_PERIODS) - 1, 1),
 }
@@ -89,8 +92,8 @@ DIALS: Final[Mapping[str, Dial]] = {
 def make_scenes() -> Mapping[str, Experiment]:
     """Return the experiments of the page by name.
 
-    `map` is the experiment of the reader's own map. `yoked` is the only one that a browser cannot
-    simulate.
+    `map` is the experiment for a map that the reader draws. A browser can simulate all scenes
+    except `yoked`, which shows recordings.
     """
     conditions = {
         "alone": "evo/A",
@@ -107,14 +110,14 @@ def make_scenes() -> Mapping[str, Experiment]:
 
 
 def make_forked_scene() -> Experiment:
-    """Return the learners whose learning is switched off at the fork."""
+    """Return the scene `learning`, with learning switched off from the fork on."""
     return make_scenes()["learning"].replace(
         schedule=[{"generation": FORK_GENERATION, "learning.rate": 0.0}]
     )
 
 
 def make_needle(cost: float, period: int) -> BaseExperiment:
-    """Return the moving needle with a cost of trials and a period."""
+    """Return the moving needle with a cost of trials and a period. 0: the needle never moves."""
     return presets.load("guessing/every-10").replace(
         moving_needle={"cost_of_trials": cost, "period": period}
     )
@@ -129,10 +132,7 @@ def _shorten(experiment: BaseExperiment) -> Experiment:
 
 
 def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
-    """Return the page.
-
-    Returns HTML without references to other files.
-    """
+    """Return the page as HTML without references to other files. `strings_file`: its texts."""
     strings = tomllib.loads(strings_file.read_text("utf-8"))
     page = single_page.render_page(
         "explorable.html",
@@ -152,7 +152,7 @@ def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
 
 
 def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the data of the page. See `PageData` in explorable/source.js."""
+    """Return the data of the page. The type `PageData` in explorable/source.js describes it."""
     needle = make_needle(1.0, 0).to_dict()
     return {
         "version": __version__,
@@ -202,7 +202,7 @@ def _make_plan(experiment: Experiment) -> dict[str, Any]:
 
 
 def _list_steps(strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the steps, with each text as a list of pieces."""
+    """Yield the steps of the essay. Each paragraph becomes a list of the pieces of its text."""
     for step in strings["steps"]:
         yield {**step, "paragraphs": [list(_split_text(text, strings)) for text in step["text"]]}
 
@@ -210,9 +210,9 @@ def _list_steps(strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield the pieces of a text: words, dials, and values that the page computes.
 
-    A placeholder is the name of a dial in braces, or the name of a value of the figure.
+    In a text, "{food}" stands for the dial `food`, and any other name in braces for a value.
     """
-    # The odd elements are the names of placeholders.
+    # `split` returns words and names alternately, because the pattern has a group.
     for index, piece in enumerate(_PLACEHOLDER.split(text)):
         if index % 2 == 0:
             yield {"words": piece}
@@ -223,6 +223,5 @@ def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any
 
 
 def _format_dial(name: str) -> dict[str, str]:
-    """Return the attributes of a dial."""
     numbers = DIALS[name]._asdict()
     return {key: f"{value:g}" for key, value in numbers.items() if key != "path"}

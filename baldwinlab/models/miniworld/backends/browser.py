@@ -1,12 +1,13 @@
-"""Entry points of the WebAssembly module, which simulate a run from its founders to its end.
+"""Entry points of the WebAssembly module, which simulate a run from the founders to the end.
 
-Each entry point takes addresses of named tuples, which a page lays out with `ModuleLayout.plan`.
-The page calls `measure` for the lengths of arrays, and allocates them.
-It then calls `init_world` and `init_founders`.
-For each generation it calls `begin`, `simulate`, `compute_fitness` and `breed`.
-It calls `evaluate_module` and `find_links` to show a network.
-The entry points call the kernels that Python calls, in the order of `simulation/simulate.py`.
-Tests compare the results of both bit by bit.
+`wasm_modules.py` compiles the module. Each entry point takes addresses of named tuples, which a
+page lays out with `ModuleLayout.plan`.
+The page calls `measure` for the lengths of arrays, and allocates the arrays.
+Then the page calls `init_world` and `init_founders`.
+For each generation, the page calls `begin`, `simulate`, `compute_fitness` and `breed`.
+To show a network, the page calls `evaluate_module` and `find_links`.
+The entry points call the same kernels as Python, in the order of `simulation/simulate.py`.
+Tests compare the results of the module and of Python bit by bit.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ for _kernel in (simulate_simultaneous, simulate_sequential):
 
 
 def measure(setting: BrowserSettings) -> None:
-    """Set `setting.measured`: the lengths of arrays, and other derived numbers."""
+    """Set `setting.measured` [MEASURED_NAMES]: lengths of arrays, and other derived numbers."""
     regions = setting.regions.shape[0]
     items = 0
     cells = 0
@@ -138,6 +139,7 @@ def init_world(
     margin = max(setting.visual_radius, alert_radius) + setting.stride
     items = 0
     cells = 0
+    # Without regions, these arrays have one entry.
     population.region_energies[0] = 0.0
     population.region_kinds[0] = 0
     for region in range(setting.regions.shape[0]):
@@ -176,7 +178,7 @@ def init_founders(population: BrowserPopulation) -> None:
 
 @compiled
 def _draw_founders(population: BrowserPopulation, generation: int) -> None:
-    """Draw `population.genome` with the random numbers of a generation."""
+    """Draw `population.genome` [agent, module, weight] with the random numbers of a generation."""
     key = GenerationKey(population.seed, population.run, generation)
     genome = population.genome
     for module in range(population.purposes.size):
@@ -185,33 +187,33 @@ def _draw_founders(population: BrowserPopulation, generation: int) -> None:
 
 
 def begin(model: Any, state: Any, population: BrowserPopulation) -> None:
-    """Initialize a generation."""
+    """Initialize a generation with the genomes `population.genome`."""
     state.generation[0] = population.generation
     _copy_genomes(population.genome, state.genome[0])
     init_generation(dereference(model), dereference(state))
 
 
 def simulate_steps_simultaneous(model: Any, state: Any, population: BrowserPopulation) -> None:
-    """Simulate `population.first_step` to `last_step` - 1, all agents at the same time."""
+    """Simulate the steps `population.first_step` to `last_step` - 1, with simultaneous updates."""
     simulate_simultaneous(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
 def simulate_steps_sequential(model: Any, state: Any, population: BrowserPopulation) -> None:
-    """Simulate `population.first_step` to `last_step` - 1, one agent after another."""
+    """Simulate the steps `population.first_step` to `last_step` - 1, with sequential updates."""
     simulate_sequential(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
 def evaluate_module(state: Any, population: BrowserPopulation) -> None:
-    """Compute the outputs of a module for given inputs."""
+    """Compute `population.evaluated_units` of a module from the inputs in the first rows."""
     forward(dereference(state).network, population.evaluated_weights, population.evaluated_units, 0)
 
 
 def find_links(state: Any, population: BrowserPopulation) -> None:
-    """List the links between the units of a module that is not layered."""
+    """Set `population.links` and `link_count` for a module of a network that is not layered."""
     network = dereference(state).network
     units = population.evaluated_units.shape[0]
     population.link_count[0] = links(
@@ -220,7 +222,7 @@ def find_links(state: Any, population: BrowserPopulation) -> None:
 
 
 def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> None:
-    """Compute the fitness and the results of the simulated lifetimes."""
+    """Compute the results and the fitness of the lifetimes, and set `population.fault`."""
     eaten = population.eaten
     eaten_by_kind = population.eaten_by_kind
     cost = population.cost
@@ -233,6 +235,7 @@ def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> No
         population.position[agent, 0] = state.positions[0, agent]
         population.position[agent, 1] = state.positions[1, agent]
         population.species[agent] = 0
+        # NaN remains if the part does not set the fitness of an agent.
         population.fitness[agent] = np.nan
         cost[agent] = 0.0
         for region in range(eaten.shape[1]):
@@ -269,8 +272,12 @@ def _read_lifetimes(population: BrowserPopulation, genome: Any) -> Lifetimes:
 
 
 def breed(population: BrowserPopulation) -> None:
-    """Draw the parents, create the children, and replace the genomes of the parents by theirs."""
+    """Draw parents, and replace `population.genome` by the genomes of the children.
+
+    If this is impossible, set `population.fault` and create no children.
+    """
     if population.resamples_genomes:
+        # Genomes that are drawn again have no parents.
         population.parents[:] = -1
         _draw_founders(population, population.generation + 1)
         return
@@ -318,7 +325,7 @@ def _copy_genomes(genome: Any, target: Any) -> None:
 
 @compiled
 def _draw_parents_of_children(population: BrowserPopulation) -> None:
-    """Set `population.parents` with the selection scheme of the experiment."""
+    """Set `population.parents` [child, 2] with the selection part of the experiment."""
     agents = population.genome.shape[0]
     seed = population.seed
     run = population.run
@@ -349,13 +356,14 @@ def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) ->
         return
     for child in range(population.genome.shape[0]):
         draw_uniforms(key.seed, key.run, key.generation, TEACHER, child, population.uniforms[child])
+    # Sorting by random numbers shuffles the children.
     draws = population.uniforms[:, 0, 0]
     sort_by(draws, draws, population.order)
     permute_teachers(population.children, population.order, population.genome)
 
 
 def draw_parents_by_scheme(schemes: Any, scheme_index: int, population: Any) -> None:
-    """Draw the parents with the scheme `schemes[scheme_index]`."""
+    """Draw the parents with the selection part `schemes[scheme_index]`."""
     _draw_parents(schemes[scheme_index], population)
 
 
@@ -374,7 +382,7 @@ def _draw_parents(scheme: Any, population: Any) -> None:
 
 
 def _choose_draw_parents_by_scheme(schemes: Any, *arguments: Any) -> Callable[..., Any]:
-    """Return `draw_parents_by_scheme` for the types of `schemes`, whose parts differ in type."""
+    """Return `draw_parents_by_scheme` with a branch for each scheme, because the types differ."""
     if len(schemes) == 1:
         return lambda schemes, scheme_index, population: _draw_parents(schemes[0], population)
 

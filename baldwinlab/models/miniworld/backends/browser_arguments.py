@@ -1,4 +1,4 @@
-"""Arguments of the entry points of the WebAssembly module, and the leaves of all its tuples.
+"""Arguments of the entry points of the WebAssembly module, and the leaves of all tuples.
 
 A page allocates the named tuples in the memory of the module, with `ModuleLayout.plan`.
 A leaf is a number or an array. JavaScript reads leaves as JSON:
@@ -7,14 +7,14 @@ A leaf is a number or an array. JavaScript reads leaves as JSON:
 - An array is {"offset": bytes, "type": "f4", "shape": [lengths], "fill": 0}. A length is a number,
   or the name of a number in `MEASURED_NAMES` or in the "sizes" of the layout.
 - An array with a content has "values" or "table" instead of "fill". "values" is a list of sources,
-  whose settings can be lists. "table" is the path of a list of tables in the experiment. Each of
-  these tables is a row with the given "columns". The rows of "added_rows" follow.
+  and a list setting gives several values. "table" is the path of a list of tables in the
+  experiment. Each of these tables is a row with the given "columns". "added_rows" follow.
 
 A source is a number, or one of these:
 
 - {"path": "world.width"} is the setting of the experiment. A further key changes the result.
-  "default" replaces a missing setting. "equals" compares it with a value. "choices" gives its index
-  in a list. "lower_limit" tests whether it is larger than a number.
+  "default" replaces a missing setting. "equals" tests for a value. "choices" returns the index of
+  the setting in a list. "lower_limit" tests whether the setting is larger than a number.
 - {"measured": "alert radius"} is a number that the entry point `measure` computes.
 - {"argument": "seed"} is an argument of the run.
 """
@@ -39,13 +39,13 @@ MEASURED_NAMES: Final = (
     "units", "weights", "table entries", "lanes",
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
-"""Numbers that `measure` computes, in this order."""
+"""Names of the numbers that `measure` computes, in the order of `BrowserSettings.measured`."""
 # Columns of `BrowserSettings.regions`.
 REGION_COLUMNS: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")
 COUNT_COLUMN: Final = REGION_COLUMNS.index("count")
 ENERGY_COLUMN: Final = REGION_COLUMNS.index("energy")
 KIND_COLUMN: Final = REGION_COLUMNS.index("kind")
-# Values of `learning.teacher`, by the number in `BrowserPopulation.teacher`.
+# Values of `learning.teacher`. `BrowserPopulation.teacher` is an index in this tuple.
 TEACHER_SOURCES: Final = ("inherited", "shuffled", "fresh")
 INHERITED_TEACHERS: Final = TEACHER_SOURCES.index("inherited")
 FRESH_TEACHERS: Final = TEACHER_SOURCES.index("fresh")
@@ -82,7 +82,7 @@ class BrowserSettings(NamedTuple):
 
 
 class BrowserPopulation(NamedTuple):
-    """A run: its generation, its arrays, and the parts of evolution."""
+    """The generation and the arrays of a run, and the parts of evolution."""
 
     seed: int
     run: int
@@ -102,15 +102,15 @@ class BrowserPopulation(NamedTuple):
     teacher: int
     cost_per_step: float
     cost_per_change: float
-    # int64 [2]: fault of the generation (0: none), and number of the agent.
+    # int64 [2]: fault of the generation, such as `NAN_FITNESS` (0: none), and index of the agent.
     fault: Any
-    # int64 [module]: purpose of the random numbers of its weights.
+    # int64 [module]: purpose of the random numbers for the weights of a module.
     purposes: Any
-    # float64 [scheme]: minimum fitness that the scheme accepts.
+    # float64 [scheme]: minimum fitness that a selection accepts.
     minimum_fitness: Any
     # float64 [region]: energy of an item.
     region_energies: Any
-    # int64 [region]: number of the kind of its items.
+    # int64 [region]: index of the kind of the items.
     region_kinds: Any
     # float32 [agent, module, weight]: genomes at birth.
     genome: Any
@@ -120,13 +120,13 @@ class BrowserPopulation(NamedTuple):
     children: Any
     # float32 [agent, weight]: action module at death.
     learned: Any
-    # int32 [agent, region]: eaten items.
+    # int32 [agent, region]: number of eaten items.
     eaten: Any
-    # int32 [kind, agent]: eaten items.
+    # int32 [kind, agent]: number of eaten items.
     eaten_by_kind: Any
     # float32 [agent, 2]: position at the end of the lifetime.
     position: Any
-    # int32 [agent]: number of the species.
+    # int32 [agent]: index of the species, which is 0 in a browser.
     species: Any
     # float64 [agent]: energy of the eaten items.
     gained_energy: Any
@@ -134,27 +134,27 @@ class BrowserPopulation(NamedTuple):
     cost: Any
     # float64 [agent].
     fitness: Any
-    # int32 [child, 2]: the two parents, the fitter first.
+    # int32 [child, 2]: indices of the two parents, the fitter first. -1: no parent.
     parents: Any
-    # int32 [agent, 2]: the two ancestors among the first agents of the lifetime.
+    # int32 [agent, 2]: indices of the two ancestors among the first agents of the lifetime.
     origin: Any
     # float64 [child, 2, 4]: uniform random numbers of selection.
     uniforms: Any
     # float64 [module and weight, 4], scratch: uniform random numbers of variation.
     draws: Any
-    # float64 [agent], scratch: shares of the agents in selection.
+    # float64 [agent], scratch memory of selection.
     shares: Any
     # int64 [agent], scratch: agents in sorted order.
     order: Any
     # float32 [weight, 1]: weights of the module that `evaluate_module` evaluates.
     evaluated_weights: Any
-    # float32 [unit, 1]: inputs of that module, and its computed activations.
+    # float32 [unit, 1]: inputs of the same module, then the computed activations.
     evaluated_units: Any
-    # float32 [link, (source unit, target unit, weight)], without layers.
+    # float32 [link, (source unit, target unit, weight)]: links of a network that is not layered.
     links: Any
     # int64 [1]: number of links.
     link_count: Any
-    # Selection parts, variation part and inheritance part.
+    # Parts: all selections, the variation, the inheritance and the fitness.
     schemes: Any
     variation: Any
     inheritance: Any
@@ -168,7 +168,7 @@ Source = Any
 
 
 def setting_source(path: str, **changes: Any) -> dict[str, Any]:
-    """Return the source of a number that is, or follows from, a setting."""
+    """Return the source of a number from a setting. `changes` are the further keys of a source."""
     return {"path": path, **changes}
 
 
@@ -235,7 +235,7 @@ POPULATION_ARRAYS: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "links": ("f4", ("weights", 3)),
     "link_count": ("i8", (1,)),
 }
-# Sources of the derived values of parts, by the function that derives them.
+# Sources of the derived values of parts, by the function that computes a value.
 DERIVED_SOURCES: Final[Mapping[Any, Source]] = {
     FeedForward.derived["biases"]: setting_source("network.biases"),
     MUTATION_READERS["mutation_gate"]: setting_source("evolution.mutation_gate", equals="child"),
@@ -256,12 +256,12 @@ def type_code(value: Any) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """Return a number as a Python number, for JSON."""
+    """Return a NumPy number as a Python number, for JSON."""
     return value.item() if isinstance(value, np.generic) else value
 
 
 def number_leaves(values: Any, sources: Mapping[str, Source]) -> dict[str, Any]:
-    """Return the leaves of numbers of a tuple, from their sources by name."""
+    """Return the leaves of numbers by name. The entries of the tuple `values` have the types."""
     return {
         name: {"type": type_code(getattr(values, name)), "value": source}
         for name, source in sources.items()
@@ -269,7 +269,7 @@ def number_leaves(values: Any, sources: Mapping[str, Source]) -> dict[str, Any]:
 
 
 def array_leaves(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
-    """Return the leaves of declared arrays, with `prefix` before their names."""
+    """Return the leaves of arrays, by `prefix` and name."""
     shapes: dict[str, Callable[[Any], list[Any]]] = {
         "agent": lambda rows: [*rows, "lanes"],
         "lane": lambda rows: ["lanes", *rows],

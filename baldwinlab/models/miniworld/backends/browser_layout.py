@@ -1,7 +1,7 @@
-"""Memory layout of the tuples of `browser`, and the setting that determines each number.
+"""Memory layout of the arguments of `browser.py`, and the setting that determines each number.
 
-JavaScript reads this layout as JSON, and contains no code of a model. `browser_arguments` describes
-the leaves of the tuples.
+JavaScript reads this layout as JSON, and contains no code of a model. The *leaves* are the numbers
+and arrays in the arguments, which are named tuples (`browser_arguments.py`).
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 
-# Inheritances that every module supports, so that a page can choose between them.
+# A module for one of these inheritances supports both, so that a page can choose one.
 COMMON_INHERITANCES: Final = ("darwinian", "none")
-# Kinds of the parts of `BrowserPopulation`, by field.
+# Kind of the part in each field of `BrowserPopulation`.
 BREEDING_PARTS: Final = {
     "variation": "variation",
     "fitness_part": "fitness",
@@ -63,7 +63,7 @@ BREEDING_PARTS: Final = {
 
 
 class ModuleLayout:
-    """The tuples of an experiment in Python, their types, and the source of each leaf."""
+    """Samples of the tuples of an experiment, their Numba types, and the source of each leaf."""
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
@@ -99,7 +99,7 @@ class ModuleLayout:
         return self.experiment.evolution.inheritance in COMMON_INHERITANCES
 
     def entries(self) -> dict[str, wasm.Entry]:
-        """Return the entry points by name, with the types of their arguments."""
+        """Return the entry points by name, as (function, types of the arguments)."""
         setting = typeof(self.setting)
         model = typeof(self.model)
         state = typeof(self.state)
@@ -122,7 +122,7 @@ class ModuleLayout:
         }
 
     def hooks(self) -> tuple[Any, ...]:
-        """Return the types of all parts, and their hooks, which the entry points compile."""
+        """Return the types and the hooks of all parts, which the entry points compile."""
         population = self.population
         breeding = (
             *population.schemes,
@@ -136,7 +136,7 @@ class ModuleLayout:
         )
 
     def plan(self) -> dict[str, Any]:
-        """Return the layout as JSON data. Tuples have the order of the arguments."""
+        """Return the layout as JSON data: leaves, lengths of arrays, and arguments of functions."""
         experiment = self.experiment
         teacher_array = experiment.part("learning.rule").teacher_array
         leaves = {
@@ -169,7 +169,7 @@ class ModuleLayout:
                 "inputs": len(experiment.inputs),
                 "actions": len(experiment.actions),
                 "item kinds": len(item_kinds(experiment)),
-                # The agents of a page eat no agents.
+                # A page cannot simulate several species, so agents eat only items.
                 "eaten kinds": {"measured": "regions"},
             },
             "has_reinforcement": "reinforcement" in experiment.modules,
@@ -195,6 +195,7 @@ class ModuleLayout:
             [*region.x, *region.y, region.count, region.energy, kinds.index(region.kind)]
             for region in item_regions(experiment)[len(experiment.world.food) :]
         ]
+        # The last column is the kind of the items. 0 is food.
         columns = ["x.0", "x.1", "y.0", "y.1", "count", "energy", 0]
         regions = {
             "type": "f8",
@@ -212,6 +213,7 @@ class ModuleLayout:
         """Return the leaf of the number of units of each layer."""
         experiment = self.experiment
         network = experiment.part("network.kind")
+        # A page cannot compute the layers of a network that overrides `layers`.
         if type(network).layers is not Network.layers:
             return {"type": "i8", "values": list(experiment.layer_sizes)}
         sizes = [len(experiment.inputs), setting_source("network.hidden"), len(experiment.actions)]
@@ -243,11 +245,11 @@ class ModuleLayout:
         return leaves
 
     def _mortality_leaves(self) -> dict[str, Any]:
-        """Return the leaves of `State.population`, which lets agents die and be born."""
+        """Return the leaves of `State.population`, the part of deaths, diets and species."""
         population = self.state.population
         leaves = array_leaves("population.", type(population).part.arrays)
         values = type(population).part.values
-        # With a diet, the eaten regions would change with those that a reader adds.
+        # A diet has no source, because a reader can add regions. `plan` then raises an error.
         if "eaten_regions" in values and self.experiment.eats.items is None:
             leaves["population.eaten_regions"] = {"type": "i8", "shape": ["regions"], "fill": 1}
         derived = {name: derive for name, derive in CHILD_VALUES.items() if name in values}
@@ -270,13 +272,13 @@ class ModuleLayout:
     def _derived_leaves(
         self, prefix: str, values: Any, derived: Mapping[str, Callable[[Any, Any], Any]]
     ) -> dict[str, Any]:
-        """Return the leaves of values that the experiment determines."""
+        """Return the leaves of the derived values of a part. `derived` are functions by name."""
         leaves = {}
         for name, derive in derived.items():
             value = getattr(values, name)
             if derive is FeedForward.derived["sizes"]:
                 leaves[prefix + name] = self._layer_sizes()
-            # A part of evolution that this part calls.
+            # The value is a part of evolution, for example the variation that bears a child.
             elif hasattr(type(value), "part"):
                 part_path = f"evolution.{type(value).part.kind}"
                 leaves |= self._part_leaves(f"{prefix}{name}.", value, part_path)
@@ -317,7 +319,7 @@ class ModuleLayout:
             "type": "f8",
             "values": [
                 "-Infinity" if minimum == -math.inf else minimum for minimum in minimum_fitness
-            ],
+            ],  # JSON has no infinite numbers.
         }
         for scheme_index, scheme in enumerate(self.population.schemes):
             leaves |= self._part_leaves(f"schemes.{scheme_index}.", scheme, "evolution.selection")
@@ -329,16 +331,16 @@ class ModuleLayout:
 
 
 def _scheme_experiments(experiment: Experiment) -> list[Experiment]:
-    """Return the experiment with each built-in selection scheme, and with a custom one."""
+    """Return the experiment with each built-in selection, and with a custom selection, if any."""
     names = list(registry.BUILT_IN["selection"])
     built_in = [experiment.replace(evolution={"selection": name}) for name in names]
     return built_in if experiment.evolution.selection in names else [*built_in, experiment]
 
 
 def _sample(tuple_class: Any, arrays: Mapping[str, tuple[str, int]], **further_values: Any) -> Any:
-    """Return a named tuple with zeros, whose leaves have the types of a real one.
+    """Return a sample of a named tuple. The leaves have the types of a real tuple.
 
-    `arrays` contains the type code and the number of dimensions of each array.
+    `arrays`: type code and number of dimensions of each array. All dimensions have the length 1.
     """
     numbers = {
         name: hint(0)
@@ -352,7 +354,7 @@ def _sample(tuple_class: Any, arrays: Mapping[str, tuple[str, int]], **further_v
 
 
 def _tuple_name(layout: ModuleLayout, tuple_type: Any) -> str:
-    """Return the name of the tuple of a layout that has a Numba type."""
+    """Return the name of the tuple of a layout with a Numba type, such as "model"."""
     return next(
         name
         for name in ("setting", "model", "state", "population")

@@ -13,8 +13,7 @@ from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-# Minimum number of worlds for the GPU. With fewer worlds, most of the GPU is idle. The number is an
-# estimate.
+# Estimate of the minimum number of worlds for the GPU. With fewer worlds, most of the GPU is idle.
 MIN_GPU_WORLDS: Final = 128
 
 # Best number of worlds in a batch on the GPU.
@@ -22,7 +21,7 @@ GPU_WORLDS: Final = 16384
 
 
 class SimulatedAgents(Protocol):
-    """The agents of several runs, whose steps are simulated."""
+    """The agents of several runs, and the simulation of steps."""
 
     model: MiniWorldModel
 
@@ -47,15 +46,15 @@ class Batch(SimulatedAgents, Protocol):
 
 
 SpeciesBatchClass = Callable[[Experiment, int, Sequence[int], Sequence[int]], SpeciesBatch]
-"""Class of a batch of several species: its last argument is the size of each species."""
+"""Class of a batch of several species: (experiment, seed, runs, numbers of agents of species)."""
 
 
 class Backend(NamedTuple):
-    """A backend and its best batch size."""
+    """A backend, and the best size of a batch."""
 
     # Name of the backend: cpu or cuda.
     name: str
-    # Class of a batch: its arguments are an experiment, a seed, and runs.
+    # Class of a batch, with the arguments experiment, seed and runs.
     batch: Callable[[Experiment, int, Sequence[int]], Batch]
     # Best number of worlds in a batch.
     worlds: int
@@ -63,7 +62,7 @@ class Backend(NamedTuple):
     species_batch: SpeciesBatchClass | None = None
 
 
-# With 20 agents per world, the weights of the 80 lanes fit the first-level cache.
+# With 20 agents per world, the weights of 4 worlds (80 lanes) fit the first-level cache.
 CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4, species_batch=SpeciesBatch)
 
 

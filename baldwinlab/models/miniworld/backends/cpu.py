@@ -38,12 +38,12 @@ from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 # Minimum number of agents of a large world.
 MIN_AGENTS: Final = 2_000
-# Minimum number of agents of a thread. With fewer agents, a step takes as long as its barriers.
+# Minimum number of agents of a thread. With fewer agents, barriers take as long as the simulation.
 MIN_AGENTS_PER_THREAD: Final = 500
 
 
 def is_large(experiment: Experiment, worlds: int) -> bool:
-    """Return whether a team can simulate a batch: a single large world, all agents at a time."""
+    """Return whether a batch is one large world of one species, which a team can simulate."""
     return (
         worlds == 1
         and experiment.agents_per_world >= MIN_AGENTS
@@ -62,7 +62,7 @@ def uses_team(experiment: Experiment, worlds: int) -> bool:
 
 
 def team_hooks(state: State) -> tuple[Any, ...]:
-    """Return the types and hooks that the step of a team compiles."""
+    """Return the types and the hooks of the parts and agents, for the code of a team."""
     agents_class: Any = _agents_class(state)
     return (*list_hooks(state), agents_class, *hook_functions(agents_class.part))
 
@@ -79,6 +79,7 @@ class TeamSimulation:
         threads = count_threads(model.agents, MIN_AGENTS_PER_THREAD)
         cells = int(model.region_cells[-1])
         self._arrivals = np.zeros(1, np.int64)
+        # `_replace` below sets the team of each thread. The threads share all arrays.
         shared = SharedArrays(
             team=Team(0, threads, self._arrivals),
             counts=poison.empty((threads, cells), np.int32),
@@ -93,7 +94,7 @@ class TeamSimulation:
         ]
         dispatcher = cached_jit(simulate_in_team, team_hooks(state), short_loops=True)
         arguments = self._threads[0], model, state, False, 0, 0
-        # This call compiles the function. It simulates no step.
+        # This call compiles the function. The range of steps is empty.
         dispatcher(*arguments)
         self._function = resolve_call(dispatcher, *arguments)
 
@@ -106,6 +107,7 @@ class TeamSimulation:
             agents = self._threads[thread]
             self._function(agents, model, state, is_start, first_step, last_step)
 
+        # The number of arrivals at barriers must start at 0 in each call.
         self._arrivals[0] = 0
         run_in_threads(simulate, len(self._threads))
 
@@ -113,7 +115,7 @@ class TeamSimulation:
 def _agents_of_thread(
     model: MiniWorldModel, state: State, claims: npt.NDArray[np.int64], shared: SharedArrays
 ) -> Any:
-    """Return the agents of a thread: whole SIMD blocks."""
+    """Return the ranges of lanes and agents of a thread, which simulates whole SIMD blocks."""
     blocks = state.positions.shape[1] // WIDTH
     thread, threads, _ = shared.team
     first_lane = blocks * thread // threads * WIDTH
@@ -149,17 +151,17 @@ def is_compiled(experiment: Experiment) -> bool:
 
 
 def _entry_point(experiment: Experiment) -> Any:
-    """Return the function that simulates steps."""
+    """Return the function that simulates steps without a team."""
     return (
         simulate_sequential if experiment.lifetime.update == "sequential" else simulate_simultaneous
     )
 
 
 class PopulationView:
-    """The agents of simulated populations, whose arrays are in the memory of the CPU."""
+    """The agents of simulated populations, with arrays in the memory of the CPU."""
 
     def __init__(self, model: MiniWorldModel, state: State, shape: tuple[int, int]) -> None:
-        """`shape` is the number of populations, and the number of agents of each population."""
+        """Store the arguments. `shape` is (populations, agents of each population)."""
         self.model = model
         self.state = state
         self._shape = shape
@@ -169,7 +171,7 @@ class PopulationView:
         return np.stack([self.state.item_x, self.state.item_y], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Return the items and agents eaten in this lifetime, [population, agent, eaten kind]."""
+        """Return the numbers of eaten items, [population, agent, row of `State.eaten_in_life`]."""
         return self._by_agent(self.state.eaten_in_life)
 
     def weights(self) -> npt.NDArray[np.float32]:
@@ -192,7 +194,7 @@ class CpuBatch(PopulationView):
     def __init__(
         self, experiment: Experiment, seed: int, runs: Sequence[int], world: int | None = None
     ) -> None:
-        """Allocate the worlds of a layout (`make_world_layout`)."""
+        """Allocate the worlds. The arguments are those of `make_world_layout`."""
         require_single_species(experiment, "a batch of one species")
         self._layout = make_world_layout(experiment, seed, runs, world)
         n_worlds = len(self._layout.keys)
@@ -227,7 +229,7 @@ class CpuBatch(PopulationView):
 
 
 def compile_simulation(experiment: Experiment) -> None:
-    """Compile the code of an experiment, or load it from the cache.
+    """Compile the code of an experiment, or load the code from the cache.
 
     The compilation happens in the simulation of one step of one world.
     """

@@ -1,4 +1,4 @@
-"""Backend for NVIDIA GPUs: a batch of worlds with arrays on the GPU."""
+"""Backend for NVIDIA GPUs: a batch of worlds on the GPU, with the code of `cuda_kernels.py`."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from baldwinlab.models.miniworld.backends.cuda_kernels import (
 from baldwinlab.models.miniworld.state import State
 from baldwinlab.models.miniworld.world_layout import make_world_layout
 
-# Approximate number of threads in a block. A barrier then waits for few threads, and worlds of 20
-# agents fill complete warps.
+# Approximate number of threads in a block. A barrier then waits for few threads, and several worlds
+# of 20 agents fill warps (groups of 32 threads) almost completely.
 THREADS_PER_BLOCK: Final = 128
 # Number of multiprocessors of an H200.
 N_MULTIPROCESSORS: Final = 132
@@ -33,7 +33,7 @@ MAX_AGENTS: Final = 1024
 
 
 def unavailable_reason() -> str | None:
-    """Return why the backend is unavailable, or None if it is available."""
+    """Return the reason why the backend is unavailable, or None if the backend is available."""
     if config.ENABLE_CUDASIM:
         return None
     if importlib.util.find_spec("numba_cuda") is None:
@@ -65,7 +65,7 @@ def _on_device(value: Any, stream: Any) -> Any:
 
 
 def _fetch(host: Any, device: Any, stream: Any) -> None:
-    """Copy every array of a state on the GPU to the host."""
+    """Copy every array of the state `device` on the GPU to the state `host` in CPU memory."""
     for host_value, device_value in zip(host, device, strict=True):
         if isinstance(host_value, np.ndarray):
             device_value.copy_to_host(host_value, stream)
@@ -88,7 +88,7 @@ class CudaBatch:
                 f"backend cuda simulates at most {MAX_AGENTS} agents in a world: "
                 f"population.size / population.worlds = {agents}"
             )
-        # A claim is twice the number of a turn (`cuda_kernels.py`).
+        # A claim is twice the number of a turn (`items.contend`).
         max_claim = 2 * agents * experiment.lifetime.steps
         if max_claim >= 2**31:
             raise ValueError(
@@ -115,7 +115,7 @@ class CudaBatch:
         source = make_kernel_source(
             self.model, self._host, experiment.lifetime.update == "sequential"
         )
-        # The kernels are compiled for one of two sizes of blocks.
+        # Kernels are compiled for blocks of at most 512 or at most 1024 threads.
         small_block = MAX_AGENTS // 2
         max_threads = MAX_AGENTS if threads_in_block > small_block else small_block
         with COMPILATION_LOCK:
@@ -158,11 +158,11 @@ class CudaBatch:
         return np.stack([state.item_x[worlds], state.item_y[worlds]], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Wait for the steps. Return the eaten items, [population, agent, region]."""
+        """Wait for the steps. Return the numbers of eaten items, [population, agent, region]."""
         return self._by_agent(self._state.eaten_in_life, self._host.eaten_in_life)
 
     def weights(self) -> npt.NDArray[np.float32]:
-        """Wait for the steps. Return the action modules, [population, agent, weight]."""
+        """Wait for the steps. Return the current weights, [population, agent, weight]."""
         return self._by_agent(self._state.weights, self._host.weights)
 
     def positions(self) -> npt.NDArray[np.float32]:

@@ -1,11 +1,14 @@
 """Kernels for NVIDIA GPUs: the birth of a generation, and the steps of a lifetime.
 
-A thread simulates an agent, and the agents of a world share a thread block.
-One launch simulates all steps. The hooks and the order of a step (`step.py`) are those of the CPU,
-compiled for a single lane.
-The per-agent arrays of the step are local to the thread, so that the compiler can use registers.
-They are global if a part reads other agents.
-All other arrays are in global memory. Items change only between two barriers.
+`cuda.py` compiles and launches these kernels. A thread simulates one agent. All agents of a world
+are in one thread block, because a barrier can wait only for the threads of a block. One launch
+simulates a range of steps. The threads call `take_step` (`step.py`), as the CPU does, but the
+function is compiled for one lane (one agent, a column of the arrays) instead of a SIMD block.
+
+A thread copies one column of the per-agent arrays of `State` to local memory at the start of a
+launch, and back at the end, because the compiler can hold local memory in registers. If a part
+reads other agents, these arrays remain in global memory, as all other arrays do. The positions of
+items change only between two barriers.
 """
 
 from __future__ import annotations
@@ -56,11 +59,15 @@ def _copy(source: Any, target: Any, lane: int) -> None:
 
 @device
 def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Let all agents of a batch eat. Items move only after all agents have claimed."""
+    """Let the agent of this thread eat. All threads of the block call the function together.
+
+    An eaten item moves only after all agents of the block have claimed the items that they touch.
+    """
     agent = agents.first_agent
     is_alert = state.alert[0, agents.first_lane] != 0
+    # With `is_eating` = False, `contend` only claims items. With True, the agent eats them.
     has_touched = is_alert and contend(agents, model, state, agent, step, False)
-    # This barrier also tests whether any agent of the thread block touches an item.
+    # This barrier returns to all threads of the block whether any agent touches an item.
     if cuda.syncthreads_or(int32(has_touched)) != 0:
         if has_touched:
             contend(agents, model, state, agent, step, True)
@@ -71,7 +78,7 @@ def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> Non
 
 
 class _SingleAgentThread:
-    """Hooks for agents that take a step at the same time, and are independent until they eat."""
+    """Hooks for one agent per thread, if no part reads other agents. Only eating has barriers."""
 
     lane_of = staticmethod(lane_of.default)
     prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
@@ -88,7 +95,10 @@ class _SingleAgentThread:
 
 
 class _AgentInBlock(_SingleAgentThread):
-    """Hooks for agents that take a step at the same time, if a part has a per-world hook."""
+    """Hooks for one agent per thread, if a part reads other agents.
+
+    The thread of agent 0 calls the hooks per world, between barriers.
+    """
 
     @staticmethod
     def prepare_senses_per_world(
@@ -116,6 +126,8 @@ class _AgentInBlock(_SingleAgentThread):
         _eat_all(agents, model, state, step)
         cuda.syncthreads()
         if agents.first_agent == 0:
+            # `_eat_all` sorts only if an agent touches an item. This call sorts a region that a
+            # feature has changed without sorting. The CPU also sorts in every step.
             resort_stale_cells(model, state, agents.first_world)
             end_step_of_features(state.features, model, state, agents.first_world, step)
             end_step_of_features(state.recorders, model, state, agents.first_world, step)
@@ -156,7 +168,8 @@ def _make_simulation(agents_type: Any) -> Any:
     return simulate
 
 
-# If no part has a per-world hook, and otherwise with barriers around such hooks.
+# The first function is for experiments in which no part reads other agents. The second function has
+# barriers around the per-world hooks.
 _simulate_independent = _make_simulation(SingleAgentThread)
 _simulate_in_block = _make_simulation(AgentInBlock)
 
@@ -171,9 +184,10 @@ def _simulate_sequential(
     first_step: int,
     last_step: int,
 ) -> None:
-    """Simulate the steps of an agent, which waits for its turn in each step (R7)."""
+    """Simulate the steps of an agent, one agent of a world after another (interpretation R7)."""
     for step in range(first_step, last_step):
         for turn in range(model.agents):
+            # Agent `step % model.agents` is the first. The other threads wait at the barrier.
             if agent == (step + turn) % model.agents:
                 take_step(single_agent(model, world, agent), model, state, step)
             cuda.syncthreads()
@@ -231,9 +245,10 @@ def make(Network, any_lane):
 
 
 def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) -> str:
-    """Return the source of the kernel that simulates steps.
+    """Return the source of the kernel that simulates steps, from the template `_KERNEL_SOURCE`.
 
-    Constants are literals, so that the compiler can unroll loops and remove branches.
+    The source has the number of inputs and the derived values of the network as literals, so that
+    the compiler can unroll loops and remove branches. Other values are arguments of the kernel.
     """
     needs_barriers = _needs_barriers(state)
     local_names = [name for name, array in ARRAYS.items() if array.owner == "agent"]
@@ -243,6 +258,8 @@ def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) ->
         name: f"network_{name}" if name in derived else f"state.network.{name}"
         for name in state.network._fields
     }
+    # A local array has one column. `any_lane` returns this column for every lane, because the step
+    # uses the lane of the agent in the batch.
     local_state = {
         name: f"any_lane({name}, state.{name}.shape[1])"
         if name in local_arrays
@@ -274,7 +291,7 @@ def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) ->
 
 
 def _step_function(sequential: bool, needs_barriers: bool) -> str:
-    """Return the name of the function that simulates steps."""
+    """Return the name of the function of this module that the source calls."""
     if sequential:
         return "_simulate_sequential"
     return "_simulate_in_block" if needs_barriers else "_simulate_independent"
@@ -299,7 +316,7 @@ def _arguments(values: dict[str, str]) -> str:
 
 
 def _constant(value: Any) -> str:
-    """Return the source of a number or an array."""
+    """Return the source of a number or an array, such as "np.array([3, 5, 3], np.int64)"."""
     return (
         f"np.array({value.tolist()!r}, np.{value.dtype})"
         if isinstance(value, np.ndarray)
@@ -309,8 +326,9 @@ def _constant(value: Any) -> str:
 
 @cache
 def make_simulation_kernel(threads: int, source: str, network: Any) -> Any:
-    """Return the kernel of a source, for a network part."""
+    """Compile a source of `make_kernel_source`. `network` is the class of the network part."""
     namespace: dict[str, Any] = {}
-    # The source uses the names of this module, because the GPU simulator replaces `cuda` here.
+    # The source needs the globals of this module, for example `State`. The GPU simulator replaces
+    # the global `cuda` while a kernel runs.
     exec(source, globals(), namespace)
     return kernel(threads)(namespace["make"](network.Compiled, any_lane))

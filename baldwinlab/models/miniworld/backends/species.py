@@ -47,7 +47,7 @@ class SpeciesBatch:
     def __init__(
         self, experiment: Experiment, seed: int, runs: Sequence[int], sizes: Sequence[int]
     ) -> None:
-        """Allocate the species. `sizes` is the number of agents of each species in every run."""
+        """Allocate the states. `sizes` [species]: number of agents of each species in every run."""
         names = [species.name for species in experiment.population.species]
         members = [
             _with_size(member, size)
@@ -60,6 +60,7 @@ class SpeciesBatch:
         self.members = members
         self.models = [make_model(member, len(runs), grid) for member in members]
         self.states = _make_states(members, names, len(runs), grid)
+        # All species share the arrays `keys` and `generation` of the first species.
         self.states[0].keys[:] = [(seed, run) for run in runs]
         self._species = tuple(zip(self.models, self.states, strict=True))
         hooks = tuple(hook for state in self.states for hook in list_hooks(state))
@@ -99,7 +100,7 @@ class SpeciesView(PopulationView):
     def __init__(
         self, batch: SpeciesBatch, model: MiniWorldModel, state: State, shape: tuple[int, int]
     ) -> None:
-        """The arguments after `batch` are those of a `PopulationView`."""
+        """Store the batch. The other arguments are those of `PopulationView`."""
         super().__init__(model, state, shape)
         self._batch = batch
 
@@ -117,7 +118,7 @@ def _with_size(member: Experiment, size: int) -> Experiment:
 def _make_states(
     members: Sequence[Experiment], names: Sequence[str], worlds: int, grid: GridSettings
 ) -> list[State]:
-    """Allocate the states of all species, which share arrays. `names` are those of the species."""
+    """Allocate the states of all species, which share arrays. `names` are names of species."""
     sizes = [member.population.size for member in members]
     shared = {
         name: poison.allocate((worlds, grid.agents), np.dtype(np.float32)) for name in SHARED_ARRAYS
@@ -145,7 +146,7 @@ def _make_states(
 
 
 def _step_all(state: State) -> State:
-    """Return the state of the first species, for which the hooks of all features are called."""
+    """Return the state of the first species. The hooks of all features are called for it."""
     population = state.population._replace(stepped_features=state.features)
     return state._replace(population=population)
 
@@ -153,8 +154,8 @@ def _step_all(state: State) -> State:
 def _share_arrays(state: State, first_state: State, member: Experiment) -> State:
     """Return the state of a further species, with the shared arrays of the first species.
 
-    Features whose arrays have no column for each agent are shared, too, and their hooks are called
-    for the first species only.
+    A feature without arrays of agents is also shared. The hook `end_step` of a shared feature is
+    called for the first species only, because a second call would change the items twice.
     """
     features = []
     stepped_features = []
@@ -182,7 +183,7 @@ def _has_agents(part: Any) -> bool:
 
 
 def _set_targets(state: State, member: Experiment, names: Sequence[str]) -> State:
-    """Return the state, with the number of the target species in each sense that has one."""
+    """Return the state with the index of the target species in each sense that names a species."""
     senses = [
         values._replace(target_number=names.index(part.target))
         if isinstance(part, SpeciesSense) and part.target
@@ -193,7 +194,7 @@ def _set_targets(state: State, member: Experiment, names: Sequence[str]) -> Stat
 
 
 def _find_prey_rows(member: Experiment, names: Sequence[str]) -> npt.NDArray[np.int64]:
-    """Return the row of `State.eaten_in_life` for the agents of each species, or -1."""
+    """Return the row of `State.eaten_in_life` for each prey species, and -1 for other species."""
     prey = [entry.species for entry in member.eats.prey]
     n_item_rows = max(1, len(item_regions(member)))
     rows = [n_item_rows + prey.index(name) if name in prey else -1 for name in names]

@@ -1,4 +1,4 @@
-"""WebAssembly modules: shipped for built-in parts, and compiled on demand for other parts."""
+"""WebAssembly modules for browsers: shipped for common experiments, or compiled on demand."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.parts.loading import load_text, sources_of
 
 MODULES_FOLDER: Final = Path(__file__).parent / "modules"
-# File with the hashes of the code of the shipped modules, for one version of Python.
+# File with the hashes (`module_hash`) of the shipped modules, for one version of Python.
 FINGERPRINTS: Final = MODULES_FOLDER / "fingerprints.json"
 RULES: Final = (("none", "none"), ("self-taught", "none"), ("self-taught", "drift"))
-"""The learning rule and the control of learning of the shipped modules."""
+"""Pairs of learning rule and control of learning, each of which has shipped modules."""
 HAND_WRITTEN: Final = ("simd.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
-"""Files of the engine that write LLVM code, which no fingerprint of a function contains."""
+"""Files of the engine that write LLVM code. Fingerprints of functions do not contain this code."""
 UPDATES: Final = ("simultaneous", "sequential")
 MAP_FEATURES: Final = ("walls", "patches")
-"""World features of the modules for maps that a reader draws: walls, and items such as poison."""
+"""World features of the modules for maps that a reader of a page draws."""
 
 
 def load_module(experiment: Experiment) -> bytes:
-    """Return the module of an experiment. Compile it if necessary.
+    """Return the module of an experiment. Compile the module if necessary.
 
     Raises `RefusedError` if the module must be linked, and no linker is installed.
     """
@@ -57,9 +57,10 @@ def is_module_available(experiment: Experiment) -> bool:
 
 
 def _module_path(experiment: Experiment) -> Path | None:
-    """Return the path of a shipped or cached module, or None without a cache."""
+    """Return the path of a shipped or cached module, or None if there is no cache."""
     name = module_name(experiment)
     shipped = shipped_experiments().get(name)
+    # The name does not contain all parts, so the added parts must be equal, too.
     if shipped and set(added_choices(shipped)) == set(added_choices(experiment)):
         return MODULES_FOLDER / f"{name}.wasm"
     path = cache.cache_root()
@@ -68,7 +69,7 @@ def _module_path(experiment: Experiment) -> Path | None:
 
 
 def module_name(experiment: Experiment) -> str:
-    """Return the name of the module of an experiment without features of the world."""
+    """Return the name of a module by learning and update, such as "self-taught-sequential"."""
     learning = experiment.learning
     control = "" if learning.control == "none" else f"-{learning.control}"
     return f"{learning.rule}{control}-{experiment.lifetime.update}"
@@ -89,7 +90,7 @@ def built_in_experiments() -> dict[str, Experiment]:
 def shipped_experiments() -> dict[str, Experiment]:
     """Return an experiment for each module in the package, by name.
 
-    The explorable and the lesson pack use the modules in addition to `built_in_experiments`.
+    The modules that are not in `built_in_experiments` are for the explorable and the lesson pack.
     """
     random_targets = Experiment().replace(learning={"rule": "random-targets"})
     maps = {
@@ -102,10 +103,7 @@ def shipped_experiments() -> dict[str, Experiment]:
 
 
 def module_hash(experiment: Experiment) -> str:
-    """Return a hash of the code of a module.
-
-    It differs between versions of Python, which compile different bytes.
-    """
+    """Return a hash of the code of a module, which differs between versions of Python."""
     code = fingerprint(_list_functions(ModuleLayout(experiment)))
     engine = Path(wasm.__file__).parent
     sources = [parse_source(name, (engine / name).read_bytes()).code for name in HAND_WRITTEN]
@@ -113,12 +111,12 @@ def module_hash(experiment: Experiment) -> str:
 
 
 def _list_functions(layout: ModuleLayout) -> cache.Functions:
-    """Return the entry points of a module, and the hooks that they compile."""
+    """Return the entry points of a module, and the hooks of all parts."""
     return (*(function for function, _ in layout.entries().values()), *layout.hooks())
 
 
 def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
-    """Compile the modules of experiments in a separate process."""
+    """Return the modules of experiments. A separate process runs this file to compile them."""
     given = list(experiments)
     request = {
         "parts": [{"text": source.text, "file": source.file} for source in sources_of(given)],
@@ -128,7 +126,7 @@ def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
 
 
 def _compile(request: Mapping[str, Any]) -> list[str]:
-    """Compile modules from a request, and return them in base64."""
+    """Compile the modules of a request of `compile_modules`, and return base64 texts."""
     for source in request["parts"]:
         load_text(source["text"], Path(source["file"]))
     return [
@@ -146,7 +144,7 @@ def _module(layout: ModuleLayout) -> bytes:
 
 if __name__ == "__main__":
     try:
-        # A part can print when it is loaded.
+        # A part can print when it is loaded. The standard output must contain only the modules.
         with redirect_stdout(sys.stderr):
             modules = _compile(json.load(sys.stdin))
         json.dump(modules, sys.stdout)

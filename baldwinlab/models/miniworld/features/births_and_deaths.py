@@ -1,13 +1,13 @@
 """Births and deaths during life: a steady-state population without generations.
 
 Eaten items give an agent energy.
-It dies if it has no energy left, or at the maximum age. A child replaces it in the same step.
+An agent without energy, or at the maximum age, dies. A child replaces the agent in the same step.
 The number of agents is therefore constant.
-The parents are drawn with a probability proportional to their remaining energy.
+Each parent is drawn with a probability proportional to the remaining energy of the agent.
 The variation of the experiment creates the genome of the child. The birthplace is random.
 The child does not inherit learned weights, which are inherited between lifetimes only.
 In the neutral control, a child is also born whenever an agent must die. The child replaces a random
-agent, and its parents are random.
+agent, and the parents are random.
 
 Sources:
 
@@ -49,7 +49,7 @@ def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int,
 
 @compiled
 def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
-    """Set the energy of an agent to the energy at birth, whatever it has eaten."""
+    """Set the remaining energy of an agent to `initial_energy`, and `birth_step` to `step`."""
     part.birth_step[world, agent] = step
     part.initial_account[world, agent] = part.initial_energy - energy_in_life(
         part, state, world * model.agents + agent
@@ -60,7 +60,7 @@ def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, st
 def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
     """Return whether an agent is dead, has no energy left, or has reached the maximum age.
 
-    An agent of another species can have eaten it.
+    An agent that another agent has eaten is already dead.
     """
     is_dead = not is_alive(state.population, state, world * model.agents + agent)
     is_too_old = step + 1 - part.birth_step[world, agent] >= part.max_age
@@ -71,9 +71,9 @@ def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: i
 
 @compiled
 def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-    """Set `part.wheel` to the cumulative energy of the agents.
+    """Set `part.wheel` [world, agent] to cumulative energies, from which parents are drawn.
 
-    The shares are equal in the neutral control, and if no agent has energy.
+    All agents count equally in the neutral control, and if no agent has energy.
     """
     total = ZERO
     for agent in range(0 if part.is_neutral else model.agents):
@@ -87,13 +87,13 @@ def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> Non
 
 @compiled
 def _draw_agent(wheel: Any, word: Any) -> Any:
-    """Draw an agent with a probability proportional to its share."""
+    """Draw an agent from cumulative energies. The random integer `word` determines the agent."""
     return find_first_above(wheel, unit(word) * wheel[wheel.size - 1])
 
 
 @compiled
 def _share(wheel: Any, agent: int) -> Any:
-    """Return the share of an agent."""
+    """Return the energy of an agent (or 1, if all agents count equally)."""
     return wheel[agent] - (wheel[agent - 1] if agent > 0 else ZERO)
 
 
@@ -103,10 +103,10 @@ def _replace_dying_agent(
 ) -> None:
     """Replace a dying agent by a child.
 
-    In the neutral control, the child replaces a random agent, and `agent` survives unless it has
-    been eaten.
+    In the neutral control, the child replaces a random agent, and `agent` survives. An agent that
+    is already dead, for example eaten, is replaced in any case.
     """
-    # The first agents of the lifetime use the smaller numbers.
+    # The number differs from the numbers of all earlier agents of the lifetime.
     number = newborn_number(state.population, model, part.births[world, 0])
     words = philox(
         0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
@@ -125,15 +125,15 @@ def _replace_dying_agent(
     bear_child(part, model, state, world, dead_agent, birth, first_parent, second_parent)
     part.births[world, 0] += 1
     _reset_account(part, model, state, world, dead_agent, step + 1)
-    # In the neutral control, `agent` survives with a new account.
+    # In the neutral control, `agent` survives with the energy and the age of a newborn.
     _reset_account(part, model, state, world, agent, step + 1)
 
 
 class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     """Deaths and births during life.
 
-    An agent without energy, or at its maximum age, dies.
-    A child of agents with energy replaces it in the same step.
+    An agent without energy, or at the maximum age, dies.
+    A child of agents with energy replaces the dead agent in the same step.
     """
 
     initial_energy: float = Field(1.0, gt=0, le=1_000_000, description="Energy at birth.")
@@ -148,11 +148,11 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     )
     allows_births: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
-        # Step of the birth of an agent. A birth before this lifetime has a negative step.
+        # Step of the birth of an agent, or minus the age at the start of the lifetime.
         "birth_step": per_world("agents", dtype="int32"),
         # Energy at birth, minus the energy of the items eaten before birth.
         "initial_account": per_world("agents"),
-        # Scratch: cumulative shares of the agents.
+        # Scratch: cumulative energies of the agents.
         "wheel": per_world("agents"),
         # Number of births of this lifetime.
         "births": per_world(1, dtype="int64"),
@@ -178,7 +178,8 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
             )
             age = int(unit(words[0]) * np.float32(part.max_age))
             part.birth_step[world, agent] = -age
-            # The cost of the age is added, because `_remaining_energy` subtracts it.
+            # The cost of the steps before the lifetime is added, because `_remaining_energy`
+            # subtracts this cost.
             energy = unit(words[1]) * part.initial_energy
             part.initial_account[world, agent] = energy + part.cost_per_step * np.float32(age)
 

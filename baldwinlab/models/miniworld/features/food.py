@@ -63,8 +63,9 @@ class Patches(WorldFeature, name="patches"):
 
 @compiled
 def _drift(position: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
-    """Return a coordinate one step later, wrapped at the edges of its region and of the map."""
-    # Rounding can move a position over the edge of the map.
+    """Return a coordinate one step later, wrapped at the edges of the region and of the map."""
+    # `low` and `span` are the first edge and the length of the region. `place_item` can round a
+    # position up to the edge of the map, which becomes 0.
     position = choose(position < low, position + world_span, position) + velocity
     position = choose(position < low, position + span, position)
     position = choose(position < low + span, position, position - span)
@@ -74,7 +75,7 @@ def _drift(position: Any, velocity: Any, low: Any, span: Any, world_span: Any) -
 class DriftingFood(WorldFeature, name="drifting-food"):
     """Food items that move with a constant velocity.
 
-    An item that leaves its region enters again on the opposite side.
+    An item that leaves the region enters again on the opposite side.
     """
 
     velocity_x: float = Field(
@@ -98,7 +99,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """Move the food. An item at a blocked position gets a new position in its region."""
+        """Move the food. An item at a blocked position gets a random position in the region."""
         for region in range(model.regions.shape[0]):
             left = model.regions[region, 0]
             width = model.regions[region, 1]
@@ -128,9 +129,9 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
         100, ge=1, le=100_000_000, description="Number of steps for which an eaten item is absent."
     )
     arrays: ClassVar[Mapping[str, Array]] = {
-        # Position in x at which an absent item reappears.
+        # x of the next position of an absent item. `State.item_y` contains the y.
         "x": per_world("items"),
-        # Step after which an absent item reappears. -1 if it is present.
+        # Step after which an absent item reappears. -1 if the item is present.
         "due": per_world("items", dtype="int32"),
     }
 
@@ -205,8 +206,9 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
             else 0
         )
         changes = (step + 1) // part.steps_per_region
+        # `max` prevents a division by 0 in a world without food.
         full_region = (first_region + changes) % max(1, food_regions)
-        # The first step empties the other regions, and later steps change the region.
+        # The end of step 0 empties the other regions. Later steps change the region with food.
         is_change = step == 0 or (step + 1) % part.steps_per_region == 0
         for region in range(model.regions.shape[0]):
             if is_change and model.region_kind[region] == 0:

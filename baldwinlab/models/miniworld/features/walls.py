@@ -5,7 +5,7 @@ The feature is our interpretation, and not the world of a paper.
 References
 ----------
 D. Ackley and M. Littman, "Interactions between learning and evolution", Artificial Life II (1991).
-Its world has walls, plants and carnivores.
+The world of this paper has walls, plants and carnivores.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
 
 def _walls_and_images(part: Any, experiment: Any) -> Any:
-    """Return the edges of all walls, and of their images that are visible from the map."""
+    """Return [wall, (left, right, upper, lower)]: the walls, then images visible from the map."""
     width = experiment.world.width
     height = experiment.world.height
     sight = experiment.senses.visual_radius
-    # The eight images of the map around it.
+    # Shifts to the eight neighboring images of the map.
     shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
     images = [
         (left + x, right + x, upper + y, lower + y)
@@ -57,9 +57,9 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
 
 
 def _map_frame(part: Any, experiment: Any) -> Any:
-    """Return the settings from which the images of walls follow.
+    """Return the settings that determine the images of walls. No hook reads the array.
 
-    A page without a server cannot change a constant of a part, and so cannot change these settings.
+    The array makes these settings constants, which a page without a server cannot change.
     """
     return np.array(
         [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
@@ -87,7 +87,7 @@ def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any
     """Return whether the line from (x, y) to (x + dx, y + dy) crosses a wall.
 
     The wall is the intersection of a vertical and a horizontal strip. The line crosses the wall if
-    it is in both strips at the same time. Times are fractions of the line.
+    a point of the line is in both strips. The times of a point are fractions of the line.
     """
     enters_x = (edges[wall, 0] - x) / dx
     leaves_x = (edges[wall, 1] - x) / dx

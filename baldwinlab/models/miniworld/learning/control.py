@@ -1,12 +1,11 @@
 """Controls of learning, which apply to every rule: changes of the same size without information.
 
-A hidden copy of the action module, the *shadow*, starts with the weights at birth. The rule learns
-in the shadow, from the inputs of the agent: while its hooks run, `state.weights` and
-`state.activations` contain the shadow. The control then sets the weights of the agent.
+Each agent has a second action module, the *shadow*, which starts with the weights at birth. The
+rule changes the shadow, from the inputs of the agent: while the hooks of the rule run,
+`state.weights` and `state.activations` contain the shadow. The control then sets the weights of the
+agent. `State.control` has the type of one of these classes, for which the step is compiled:
 
-`State.control` has the type of one of these classes, and the step is compiled for it:
-
-- `NoControl`: the rule learns in the agent. Its hooks add no code.
+- `NoControl`: the rule changes the agent. The hooks of this class add no code.
 - `DriftControl`: each weight changes by the amount of the shadow, in a random direction.
 - `YokedControl`: each weight changes as in the shadow of another agent of the same world.
 
@@ -38,21 +37,21 @@ def init_control(part: Any, model: MiniWorldModel, state: State, world: int, age
 
 @hook
 def load_shadow(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Before the hooks of the rule: replace weights and activations by those of the shadow."""
+    """Before the hooks of the rule: copy the shadow to `state.weights` and `state.activations`."""
 
 
 @hook
 def store_shadow(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """After the hooks of the rule: store the shadow, and restore the agent."""
+    """After the hooks of the rule: store the shadow, and restore the activations of the agent."""
 
 
 @hook
 def exchange_changes(part: Any, agents: Any, model: MiniWorldModel, state: State) -> None:
-    """After `store_shadow` of all agents: set weights that depend on the shadows of others."""
+    """After `store_shadow` of all agents: set weights that depend on shadows of other agents."""
 
 
 class NoControl:
-    """No control: the rule learns in the agent."""
+    """No control: the rule changes the weights of the agent."""
 
     arrays: ClassVar[Mapping[str, Array]] = {}
     values: ClassVar[Sequence[str]] = ()
@@ -96,7 +95,8 @@ class YokedControl(NoControl):
     def exchange_changes(part: Any, agents: Any, model: MiniWorldModel, state: State) -> None:
         end_lane = min(agents.end_lane, model.worlds * model.agents - 1)
         for weight in range(state.weights.shape[0]):
-            # One loop over all worlds, which the compiler vectorizes.
+            # The compiler vectorizes this loop over all worlds. The last lane of each world gets a
+            # wrong value, which the next loop corrects.
             for lane in range(agents.first_lane, end_lane):
                 _copy_change(part, state, weight, lane, lane + 1)
         # The last agent of a world gets the changes of the first agent.
@@ -113,7 +113,7 @@ class DriftControl(YokedControl):
 
     arrays: ClassVar[Mapping[str, Array]] = {
         **YokedControl.arrays,
-        # 1 or -1: whether a weight changes as in the shadow or in the opposite direction.
+        # 1: a weight changes in the same direction as in the shadow. -1: in the opposite direction.
         "signs": per_agent("weights"),
     }
     exchange_changes = staticmethod(exchange_changes.default)
@@ -122,7 +122,7 @@ class DriftControl(YokedControl):
     def init_control(
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int
     ) -> None:
-        """Draw for each weight whether it changes as in the shadow or in the opposite direction."""
+        """Draw the sign of each weight, and store the weights at birth."""
         lane = world * model.agents + agent
         _init_shadow(part, state, lane)
         seed = state.keys[world, 0]
@@ -146,7 +146,7 @@ class DriftControl(YokedControl):
 
 @compiled
 def _init_shadow(part: Any, state: State, lane: int) -> None:
-    """Let the shadow start with the weights of the agent, and without a memory."""
+    """Set the shadow to the weights of the agent, with the activations 0 (no memory)."""
     for weight in range(state.weights.shape[0]):
         part.birth_weights[weight, lane] = state.weights[weight, lane]
         part.shadow_weights[weight, lane] = state.weights[weight, lane]
@@ -156,7 +156,7 @@ def _init_shadow(part: Any, state: State, lane: int) -> None:
 
 @compiled
 def _swap_activations(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Swap the activations of the agent and the shadow, except the inputs, which are equal."""
+    """Swap the activations of the agent and of the shadow. The inputs are equal, and stay."""
     for unit in range(model.inputs, state.activations.shape[0]):
         activation = get(state.activations, unit, lane)
         put(state.activations, unit, lane, get(part.shadow_activations, unit, lane))
@@ -165,7 +165,7 @@ def _swap_activations(part: Any, model: MiniWorldModel, state: State, lane: Lane
 
 @compiled
 def _copy_change(part: Any, state: State, weight: int, lane: int, partner_lane: int) -> None:
-    """Change a weight of an agent as the same weight of the shadow of its partner."""
+    """Set a weight to the weight at birth plus the change in the shadow of `partner_lane`."""
     change = get(part.shadow_weights, weight, partner_lane) - get(
         part.birth_weights, weight, partner_lane
     )
@@ -179,5 +179,5 @@ for _control in CONTROLS.values():
 
 
 def choose_control(experiment: Any) -> type[NoControl]:
-    """Return the type of the control of an experiment."""
+    """Return the class of the control of an experiment."""
     return CONTROLS[experiment.learning.control] if experiment.learns else NoControl

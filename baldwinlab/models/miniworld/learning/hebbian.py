@@ -1,4 +1,4 @@
-"""Hebbian learning rules: weights change with the activations of their units.
+"""Hebbian learning rules: a weight changes with the activations of the two connected units.
 
 With x and y the activations of the source and target unit, in [0, 1], the changes are:
 
@@ -8,24 +8,24 @@ With x and y the activations of the source and target unit, in [0, 1], the chang
     covariance      (1 - w) F where F > 0, else w F, with F = tanh(4 (1 - |x - y|) - 2)
     abcd            A x y + B x + C y + D
 
-In the first four rules of Floreano, only the *strength* of a weight learns. It is in [0, 1].
-The sign of the weight does not change.
+In the first four rules, by Floreano, w is the *strength* of a weight: the absolute value, in
+[0, 1]. The sign of the weight does not change. `learning.rate` is the factor of a change.
 By our interpretation, a genome contains weights, and the strength at birth is the absolute value of
 the weight, at most 1. In the paper, a genome encodes signs and rules, and the strengths are random
-at birth. `learning.rate` is the factor of a change.
+at birth.
 
-The coefficients of `abcd` are fields. Those of `evolved-abcd` are genes: the genome has one module
-for each of A, B, C and D in addition to the weights.
+The coefficients of `abcd` are fields. The coefficients of `evolved-abcd` are genes: the genome has
+one module for each of A, B, C and D in addition to the weights.
 `modulated` and `evolved-modulated` multiply the changes by a gate in [-1, 1].
 An inherited network, fixed for life, computes the gate in every step. Our interpretation:
 
-- A gene of N(0, 1) is a coefficient, limited to [-1, 1].
+- A coefficient is a gene, drawn from N(0, 1) in the first generation, limited to [-1, 1].
 - With `encoding = "network"`, the first gene of a module applies to all weights, as in Niv et al.
-  With `encoding = "connection"`, each weight has its own gene, as in Najarro and Risi.
+  With `encoding = "connection"`, each weight has a separate gene, as in Najarro and Risi.
 - One gate applies to the complete network: m = tanh(s / 2), with s the total input of the first
   output of the reinforcement module. In the paper, each neuron has its own m, from modulatory
   neurons.
-- The rate is `learning.rate`, or a gene with `learning.evolved_rate`.
+- The rate is `learning.rate`. With `learning.evolved_rate`, a gene changes the rate.
 
 Sources:
 
@@ -56,7 +56,7 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import Synapse, SynapticRule, compute_change, for_each_synapse
 
 FOUR = np.float32(4)
-# Numbers of the rules, for compiled code.
+# Argument `rule` of `compute_strength_change`.
 HEBB = 0
 POSTSYNAPTIC = 1
 PRESYNAPTIC = 2
@@ -65,13 +65,13 @@ COVARIANCE = 3
 
 @compiled
 def compute_strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
-    """Return the change of a strength w between units with activations x and y."""
+    """Return the change of a strength w between units with activations x and y, at rate 1."""
     if rule == POSTSYNAPTIC:
         return w * (x - ONE) * y + (ONE - w) * x * y
     if rule == PRESYNAPTIC:
         return w * x * (y - ONE) + (ONE - w) * x * y
     if rule == COVARIANCE:
-        # f is the hyperbolic tangent of the formula.
+        # f is F of the formula, because tanh(a) = 2 sigmoid(2 a) - 1.
         f = TWO * sigmoid(TWO * (FOUR * (ONE - abs(x - y)) - TWO)) - ONE
         return choose(f > ZERO, (ONE - w) * f, w * f)
     # HEBB. `ZERO * w` gives the result the type of w.
@@ -81,7 +81,7 @@ def compute_strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
 class _StrengthRule(SynapticRule):
     """Base of the rules of strengths. `compute_change` returns the change of a strength."""
 
-    # 1 or -1: signs of the weights at birth.
+    # [weight, lane]: sign of a weight at birth, 1 or -1.
     arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}
 
     def check(self, experiment: Any) -> None:
@@ -108,7 +108,7 @@ class _StrengthRule(SynapticRule):
 
     @staticmethod
     def change_synapse(part: Any, state: State, synapse: Synapse, lane: Lane) -> None:
-        """Change the strength of a weight, and limit it to [0, 1]."""
+        """Change the strength of a weight, within [0, 1]."""
         sign = get(part.signs, synapse.number, lane)
         strength = synapse.weight * sign
         strength_synapse = Synapse(synapse.number, strength, synapse.x, synapse.y, synapse.rate)
@@ -120,7 +120,7 @@ class _StrengthRule(SynapticRule):
 
 
 def _change_by(rule: int) -> Any:
-    """Return the hook `compute_change` of a rule."""
+    """Return the hook `compute_change` of a rule, such as `HEBB`."""
 
     def compute_change(part: Any, state: State, synapse: Synapse, lane: Lane) -> Value:
         return compute_strength_change(rule, synapse.weight, synapse.x, synapse.y)
@@ -235,7 +235,7 @@ class _EvolvedCoefficients(SynapticRule):
             "connection: one gene per weight."
         ),
     )
-    # Coefficients, in [-1, 1].
+    # "a" to "d" [weight, lane]: coefficients, in [-1, 1].
     arrays: ClassVar[Mapping[str, Array]] = {name: per_agent("weights") for name in "abcd"}
     derived: ClassVar[Mapping[str, Any]] = {
         **SynapticRule.derived,

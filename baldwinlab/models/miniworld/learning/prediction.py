@@ -2,24 +2,23 @@
 
 Predictions and actions have the same hidden units, so learning can improve or impair the actions.
 
-The genome has a second module, "prediction": one logistic unit per input, on the last hidden layer.
-In each step, the network predicts the current inputs from those of the last step.
-One step of backpropagation reduces the error. It changes the weights from inputs to hidden units,
-and from hidden units to predictions. It does not change the weights from hidden units to actions.
+The genome has a second module, "prediction": weights from the last hidden layer to one logistic
+unit per input. In each step, the network predicts the current inputs from the inputs of the
+previous step. Then backpropagation reduces the error: it changes the weights from inputs to hidden
+units, and from hidden units to predictions, but not from hidden units to actions.
 
-The prediction is a separate module, and not further outputs of the action module.
-So a population that does not learn has the same founders, genomes and results as with the rule
-`none`.
+Predictions are a separate module, and not further outputs of the action module, so that a
+population that does not learn has the same genomes and results as with the rule `none`.
 
 Our interpretation of the paper:
 
 - All modules of a genome have the same number of weights. The prediction module uses only the first
-  ones, in the order [hidden unit, then bias; prediction].
+  weights: one for each pair [hidden unit, prediction], then a bias for each prediction.
 - Unlike in the paper, the planned action is not an input of the prediction. The sense `last-action`
   adds the previous action.
 - The first step of an agent has no prediction.
 
-`random-prediction` is the control: it teaches the same weights with random bits as targets.
+The control `random-prediction` teaches the same weights with random bits as targets.
 
 Source: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
 Behavior 3 (1994). Random targets: D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and
@@ -49,9 +48,9 @@ from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import Training, forward
 
-# A random float32 in [0, 1) has 24 bits, and the oracle takes one bit per target from it.
+# Maximum number of random targets of one bit. The tests take these bits from a float32 of 24 bits.
 MAX_RANDOM_BITS: Final = 24
-# Number of the highest bit of a random word.
+# Index of the highest bit of a random word.
 HIGHEST_BIT: Final = 31
 
 
@@ -64,13 +63,13 @@ def _last_hidden_size(experiment: Any) -> int:
 def _learn_prediction(
     part: Any, model: MiniWorldModel, rate: Value, targets: Any, lane: Lane
 ) -> None:
-    """Teach the prediction layer its `targets`, and set `part.hidden_targets`.
+    """Teach `targets` [input, lane] to the prediction layer, and set `part.hidden_targets`.
 
-    The targets of the last hidden layer are its activations minus the gradient of the error.
+    A target of a hidden unit is the activation of the unit minus the gradient of the error.
     """
     first_hidden = part.first_last_hidden_row
     for k in range(model.inputs):
-        # The sum starts with its first product, because the order of additions determines the bits.
+        # The sum starts with the first product: the order of additions determines the last bits.
         total = get(part.prediction_weights, k, lane) * get(part.activations, first_hidden, lane)
         for unit in range(1, part.n_last_hidden):
             row = unit * model.inputs + k
@@ -84,7 +83,7 @@ def _learn_prediction(
         put(part.deltas, k, lane, (y - get(targets, k, lane)) * y * (ONE - y))
     for unit in range(part.n_last_hidden):
         h = get(part.activations, first_hidden + unit, lane)
-        # A zero of the type of h: a float32, or a SIMD block of them.
+        # A zero of the type of h: a float32, or a SIMD block of float32.
         gradient = h * ZERO
         for k in range(model.inputs):
             row = unit * model.inputs + k
@@ -108,7 +107,7 @@ def _learn_prediction(
 
 @compiled
 def _learn(part: Any, model: MiniWorldModel, state: State, targets: Any, lane: Lane) -> None:
-    """Predict `targets` from the inputs of the last step, learn, and store the current inputs."""
+    """Learn to predict `targets` from the previous inputs, then store the current inputs."""
     rate = rate_with_previous_step(part, state, lane)
     for k in range(model.inputs):
         put(part.activations, k, lane, get(part.last_inputs, k, lane))
@@ -125,16 +124,17 @@ class _PredictionRule(PreviousStepRule):
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
         **PREVIOUS_STEP_ARRAYS,
-        # Weights from the last hidden layer to the predictions. The last weights are unused.
+        # Weights from the last hidden layer to the predictions. The last rows are unused.
         "prediction_weights": per_agent("weights"),
-        # Scratch: activations of the action module for the last inputs.
+        # Scratch: activations of the action module for the inputs of the previous step.
         "activations": per_agent("units"),
         # Gradients of the error with respect to the inputs of the prediction units.
         "deltas": per_agent("inputs"),
+        # Targets of the last hidden layer, in the first rows.
         "hidden_targets": per_agent("units"),
     }
     derived: ClassVar[Mapping[str, Any]] = {
-        # Numbers of units of all layers but the actions.
+        # [layer]: number of units, without the layer of the actions.
         "sizes": lambda part, experiment: np.array(experiment.layer_sizes[:-1], np.int64),
         "biases": lambda part, experiment: experiment.network.biases,
         "n_last_hidden": lambda part, experiment: _last_hidden_size(experiment),
@@ -206,7 +206,7 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
     ) -> None:
         """Draw a random bit for each input: the bits of a random word, from the highest bit.
 
-        Only a per-world hook can draw random numbers. `learn` runs on a SIMD block of agents.
+        Only a per-world hook can draw random numbers, because `learn` computes SIMD blocks.
         """
         for agent in range(model.agents):
             number = agent_number(state.population, agent)

@@ -1,15 +1,16 @@
 """Learning rules that reinforce actions, and the base of rules that learn from the previous step.
 
 `crbp` is complementary reinforcement backpropagation. An inherited network evaluates the inputs.
-If the evaluation rises, the last action becomes more likely. If it falls, less likely.
-`reward` uses the energy of eaten food instead.
+If the evaluation rises, the last action becomes more likely. If the evaluation falls, the last
+action becomes less likely. `reward` uses the energy of eaten items instead.
 Both rules teach the last action for the inputs of the last step.
 
-A newborn has no previous step: neither in the first step of a lifetime, nor if it is born during
-the lifetimes of other agents. Its first step stores its inputs, and does not change its weights.
+In the first step after birth, an agent has no previous step. The rule then changes no weights, and
+only stores the inputs and the action.
 
 Interpretation of the paper: the evaluation is the first output of the reinforcement module.
-The action is the largest output, not a random draw. So its target is 1, and the others are 0.
+The action is the largest output, and not a random draw. After a rise, the last action has the
+target 1 and the other actions have the target 0. After a fall, these targets are reversed.
 
 Source: D. H. Ackley and M. L. Littman, "Interactions between learning and evolution", Artificial
 Life II (1991), 487-509. CRBP: D. H. Ackley and M. L. Littman, "Generalization and scaling in
@@ -49,7 +50,7 @@ def reset_previous_step(part: Any, lane: int) -> None:
 
 @compiled
 def rate_with_previous_step(part: Any, state: State, lane: Lane) -> Value:
-    """Return the learning rate of an agent, and 0 if it has no previous step."""
+    """Return the learning rate of an agent, or 0 if the agent has no previous step."""
     return get(state.rate, 0, lane) * get(part.has_previous_step, 0, lane)
 
 
@@ -87,16 +88,16 @@ REINFORCEMENT_ARRAYS: Final[Mapping[str, Array]] = {
     "evaluation": per_agent(1),
     # 1 for the action of the last step, and 0 for the other actions. All 0 at birth.
     "last_action": per_agent("actions"),
-    # Scratch: activations for the last inputs.
+    # Scratch: activations for the inputs of the previous step.
     "activations": per_agent("units"),
-    # Scratch.
+    # Scratch: targets of the outputs.
     "output_targets": per_agent("actions"),
 }
 
 
 @compiled
 def _reinforce(part: Any, state: State, evaluation: Value, lane: Lane) -> None:
-    """Teach the last action if `evaluation` has risen, and the other actions if it has fallen.
+    """Teach the last action if `evaluation` has risen, or all other actions if it has fallen.
 
     Then store the inputs and the action of this step.
     """
@@ -180,9 +181,9 @@ class Reward(_ReinforcementRule, name="reward"):
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        """Add up the energy that each agent has gained since its birth.
+        """Set `part.gained_energy` to the energy that each agent has gained since birth.
 
-        Only a per-world hook can read the numbers of eaten items, because they are integers.
+        Only a per-world hook can read the numbers of eaten items, which are integers.
         """
         for lane in range(world * model.agents, (world + 1) * model.agents):
             part.gained_energy[0, lane] = energy_in_life(part, state, lane)

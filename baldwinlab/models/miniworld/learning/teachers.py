@@ -1,9 +1,9 @@
 """Learning rules with a teacher, and the rule `none`.
 
-`self-taught` moves the outputs of an agent toward those of its inherited reinforcement module.
-`imitation` moves the outputs of an agent toward those of another network for the same inputs.
+`self-taught` moves the outputs of an agent toward the outputs of its reinforcement module.
+`imitation` moves the outputs of an agent toward the outputs of another agent for the same inputs.
 `supervised` has a scripted teacher that goes to visible food.
-`random-targets` is the control of rules with targets. The weights change without information.
+`random-targets` is the control of rules with targets: the weights change without information.
 Random targets also make an agent wander, and a wandering agent finds food.
 
 Sources:
@@ -35,7 +35,7 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import Training, backward, forward
 
-# Maximum learning rate of an agent whose gene changes the rate.
+# Maximum learning rate, if a gene changes the rate.
 MAX_RATE: Final = 10.0
 # Number of random words that `philox` returns.
 WORDS_PER_DRAW: Final = 4
@@ -45,13 +45,13 @@ FORAGER_ACTIONS: Final = ("left", "forward", "right")
 
 @compiled
 def express_rate(rate: float, gene: Any) -> np.float32:
-    """Return the learning rate of an agent: `rate` times ten to the power of its gene."""
+    """Return the learning rate of an agent: `rate` times ten to the power of `gene`, at most 10."""
     return np.float32(min(rate * power_of_ten(gene), MAX_RATE))
 
 
 @compiled
 def _learn_targets(state: State, targets: Any, lane: Lane) -> None:
-    """Learn by backpropagation toward targets of the outputs."""
+    """Learn by backpropagation toward the targets [action, lane] of the outputs."""
     rate = get(state.rate, 0, lane)
     training = Training(rate, state.weights, state.activations, state.errors, targets)
     backward(state.network, training, lane)
@@ -81,7 +81,7 @@ class SelfTaught(LearningRule, name="self-taught"):
 
 @compiled
 def _count_eaten(state: State, lane: int) -> int:
-    """Return the number of items that an agent has eaten since its birth."""
+    """Return the number of items that an agent has eaten since birth."""
     eaten = 0
     for region in range(state.eaten_in_life.shape[0]):
         eaten += state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
@@ -90,7 +90,7 @@ def _count_eaten(state: State, lane: int) -> int:
 
 @compiled
 def _choose_best_teacher(part: Any, state: State, first_lane: int, end_lane: int) -> None:
-    """Set the teacher to the agent with the most eaten items. A tie goes to the first."""
+    """Set `part.teacher_index` to the lane with the most eaten items. A tie goes to the first."""
     best_lane = first_lane
     most_eaten = -1
     for lane in range(first_lane, end_lane):
@@ -106,9 +106,9 @@ def _choose_best_teacher(part: Any, state: State, first_lane: int, end_lane: int
 def _choose_nearest_teacher(
     part: Any, model: MiniWorldModel, state: State, first_lane: int, end_lane: int
 ) -> None:
-    """Set the teacher to the nearest other agent. A tie goes to the first.
+    """Set `part.teacher_index` to the lane of the nearest other agent. A tie goes to the first.
 
-    The inner loop runs over agents, so that the compiler can vectorize it.
+    The inner loop changes neighboring lanes, so that the compiler can vectorize this loop.
     """
     for lane in range(first_lane, end_lane):
         put(part.teacher_index, 0, lane, lane)
@@ -164,9 +164,9 @@ class Imitation(LearningRule, name="imitation"):
         "teacher_activations": per_agent("units"),
         # Outputs of the teacher.
         "output_targets": per_agent("actions"),
-        # Number of the teacher in its world.
+        # Index of the teacher in the world.
         "teacher_index": per_agent(1, dtype="int32"),
-        # Squared distance to the nearest agent.
+        # Scratch: squared distance to the nearest agent.
         "squared_distance": per_agent(1),
     }
     teacher_array: ClassVar[str] = "teacher_index"
@@ -192,7 +192,7 @@ class Imitation(LearningRule, name="imitation"):
         else:
             _choose_best_teacher(part, state, first_lane, end_lane)
         for lane in range(first_lane, end_lane):
-            # An agent without a teacher is its own teacher, and does not learn.
+            # An agent without a teacher imitates itself, and so has no error.
             teacher_lane = part.teacher_index[0, lane]
             for weight in range(state.weights.shape[0]):
                 put(part.teacher_weights, weight, lane, get(state.weights, weight, teacher_lane))

@@ -1,9 +1,9 @@
 """Feed-forward networks of logistic units, one network per lane, with or without biases.
 
 Units are numbered layer by layer, from the inputs.
-`activations` and `errors` have a row per unit.
+`activations` and `errors` [unit, lane] have a row per unit.
 Weights are ordered by layer, then by source unit, then by target unit.
-With biases, the bias weights of a layer follow its weights.
+The biases of a layer follow the weights of this layer.
 
 Source: Le (2019), "The neural network controller".
 """
@@ -21,7 +21,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import HALF, ONE, ZERO, Lane, Value, any_of, fill_lanes, get, put
 from baldwinlab.parts.networks import Network, Training
 
-# Number of units of each layer, from the input to the output.
+# [layer]: number of units of each layer, from the inputs to the outputs.
 Sizes = npt.NDArray[np.int64]
 # Array [row, lane].
 Rows = npt.NDArray[np.float32]
@@ -29,13 +29,13 @@ Rows = npt.NDArray[np.float32]
 
 @compiled
 def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
-    """Return whether all inputs are 0 and there are no biases.
+    """Return whether all inputs of all lanes are 0 and there are no biases.
 
-    The units of the first hidden layer then have the activation 1/2, and their weights do not
-    learn. Most agents have zero inputs in most steps, and skipping this layer halves the time.
-    The results are identical.
+    The units of the first hidden layer then have the activation 1/2, and the weights from the
+    inputs do not change. Most agents have zero inputs in most steps, and skipping this layer halves
+    the time. The results are identical.
     """
-    # A single test is easier to predict than one for each input. The sum is 0 only if each input
+    # A single test is easier to predict than a test for each input. The sum is 0 only if each input
     # is 0, and NaN if an input is NaN.
     total = fill_lanes(lane, ZERO)
     for i in range(inputs):
@@ -45,7 +45,7 @@ def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) ->
 
 @compiled
 def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """Compute all rows of `activations` from the inputs, which are its first rows."""
+    """Compute all rows of `activations` from the first rows, which are the inputs."""
     # First source unit and first weight of the layer.
     source = 0
     weight = 0
@@ -72,7 +72,7 @@ def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, l
 
 @compiled
 def _output_error(training: Training, unit: int, output: int, lane: Lane) -> Value:
-    """Return the error of the unit of an output, times the learning rate."""
+    """Return the error of output `output`, which is in row `unit`, times the learning rate."""
     y = get(training.activations, unit, lane)
     return training.rate * (y - get(training.targets, output, lane)) * y * (ONE - y)
 
@@ -84,7 +84,7 @@ def backpropagate(sizes: Sizes, biases: bool, training: Training, lane: Lane) ->
     The step follows the gradient of half the squared error.
     The activations must be those of `feed_forward` with the same weights.
 
-    Source: Rumelhart, Hinton and Williams 1986, which the paper cites for its learning rule.
+    Source: Rumelhart, Hinton and Williams 1986, which the paper cites for the learning rule.
     """
     weights = training.weights
     activations = training.activations
@@ -106,6 +106,7 @@ def backpropagate(sizes: Sizes, biases: bool, training: Training, lane: Lane) ->
         outputs = sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs
+        # The errors of the source units depend on the weights before the changes below.
         if layer > first_layer:
             _backpropagate_errors(
                 inputs, outputs, source, weight, weights, activations, errors, lane
@@ -138,7 +139,7 @@ def _backpropagate_errors(
     errors: Rows,
     lane: Lane,
 ) -> None:
-    """Compute the errors of the source units of a layer from those of its target units.
+    """Compute the errors of the source units of a layer from the errors of the target units.
 
     `source` is the row of the first source unit. The target units follow the source units.
     """

@@ -1,14 +1,14 @@
-"""Networks whose topology evolves (NEAT), for agents of MiniWorld.
+"""Networks with an evolving topology (NEAT), for agents of MiniWorld.
 
 The network kind `neat` needs the variation `neat`. The selection `species` is recommended.
 
-The genome is a graph. It is stored in the array of the weights of a layered network.
-`network.hidden = [40]` reserves memory for up to 40 links.
-The rows of units are the inputs, one row per reserved link, and the outputs.
-The row of a link is the activation of the hidden node that split it, or 0 without such a node.
+Instead of weights, the array of the weights contains a list of links (`evolution/neat/genome.py`).
+`network.hidden = [40]` reserves memory for up to 40 links. The rows of units are the inputs, one
+row per reserved link, and the outputs. The activation of a hidden node is in the row of the first
+incoming link of the node. Other rows of links are 0.
 
-Source: Stanley and Miikkulainen 2002, section 3. The order of evaluation, each node
-after all its sources, is our interpretation.
+Source: Stanley and Miikkulainen 2002, section 3. By our interpretation, a node is evaluated after
+all sources of the node.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from baldwinlab.parts import Network
 
 
 def max_links(weights: int, hidden: int) -> int:
-    """Return the number of links that `weights` entries and `hidden` rows of units can hold."""
+    """Return the maximum number of links in `weights` entries and `hidden` rows of units."""
     entries_per_link = count_entries(1) - count_entries(0)
     links_in_weights = (weights - count_entries(0)) // entries_per_link
     return max(0, min(hidden, links_in_weights))
 
 
 def _max_links_of_experiment(experiment: Any) -> int:
-    """Return the number of links that the network of an experiment can hold."""
+    """Return the maximum number of links in the network of an experiment."""
     return max_links(experiment.weight_count, sum(experiment.network.hidden))
 
 
 class NeatNetwork(Network, name="neat"):
-    """A network without loops whose nodes and links evolve. It does not learn during life.
+    """A network without loops. The nodes and links evolve, and do not change during life.
 
     References
     ----------
@@ -87,6 +87,7 @@ class NeatNetwork(Network, name="neat"):
 
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
+        # Agents have different graphs, so that a SIMD block is computed lane by lane.
         for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
             activate(
                 weights[:, column],

@@ -1,8 +1,8 @@
 """Networks with a memory: recurrent hidden units, in discrete or continuous time.
 
 The memory is stored in the rows of units between the inputs and the hidden units.
-Each module therefore has a separate memory. It is 0 at birth, which is our interpretation: Elman
-starts with 0.5.
+Each module therefore has a separate memory. The memory is 0 at birth, which is our interpretation:
+Elman starts with 0.5.
 
 Sources:
 
@@ -25,7 +25,7 @@ from baldwinlab.parts import Field, Network, Training, get, put
 
 
 class _Recurrent(Network):
-    """Base of networks whose units after the inputs store the first hidden layer."""
+    """Base of networks in which the units after the inputs store the first hidden layer."""
 
     is_memoryless: ClassVar[bool] = False
 
@@ -115,7 +115,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         # A new state is a weighted mean of the old state and the drive.
         drive_share = ONE / part.time_constant
         state_share = ONE - drive_share
-        # Birth changes states, and learning changes biases. Neither updates the activations.
+        # Birth changes states, and learning changes biases, without an update of the activations.
         _update_hidden(part, weights, activations, lane)
         for unit in range(part.hidden):
             drive = get(weights, unit, lane) * get(activations, 0, lane)
@@ -123,7 +123,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i, lane
                 )
-            # Row i has the state of a hidden unit, and row i + `hidden` has its activation.
+            # Row i is the state of a hidden unit. Row i + `hidden` is the activation of this unit.
             for i in range(part.inputs, sources):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i + part.hidden, lane
@@ -170,7 +170,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
 @compiled
 def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """Set the activations of the hidden units from their states and biases."""
+    """Set the activations of the hidden units from the states and the biases of the units."""
     first_bias = (part.inputs + part.hidden) * part.hidden
     for unit in range(part.hidden):
         state = get(activations, part.inputs + unit, lane)

@@ -91,7 +91,7 @@ class Touch(Sense, name="touch"):
 class Compass(Sense, name="compass"):
     """Four binary inputs: heading right, down, left, up.
 
-    The sector of a direction starts 45 degrees before it and ends 45 degrees after it.
+    The sector of a direction starts 45 degrees before and ends 45 degrees after the direction.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("heads right", "heads down", "heads left", "heads up")
@@ -99,7 +99,7 @@ class Compass(Sense, name="compass"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        """Return the direction of the heading, as one of four bits."""
+        """Return the bit of the direction of the heading: 1 right, 2 down, 4 left, 8 up."""
         # The sector of direction 0 starts an eighth of a turn before heading 0.
         shifted_heading = int(state.heading[0, world * model.agents + agent]) + QUARTER_TURN // 2
         return 1 << (shifted_heading // QUARTER_TURN % 4)

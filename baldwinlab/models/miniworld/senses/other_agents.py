@@ -1,10 +1,10 @@
-"""Senses of other agents: their base, neighbors in three sectors, and agents of other species.
+"""Senses of other agents: a base class, neighbors in three sectors, and agents of other species.
 
-A sense uses the positions at the start of the step. With the sequential update, it uses the
+A sense uses the positions at the start of the step. With the sequential update, a sense uses the
 positions at the start of the agent's turn.
 
 The senses of other species have binary or real-valued inputs, and the sectors of the sense `food`.
-They are our choice, and have no source. In an experiment without species, all inputs are 0.
+These senses are our choice, without a source. In an experiment without species, all inputs are 0.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ N_SECTORS = len(SECTORS)
 def record_agent(
     part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
-    """Use another agent within sight.
+    """Update the arrays of the sense with another agent within sight.
 
     Per agent, for each visible agent, when the sense calls `record_agents`.
 
@@ -48,7 +48,7 @@ def record_agent(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the other agent.
     lane : int
@@ -67,7 +67,7 @@ def record_agents(part: Any, model: MiniWorldModel, state: State, world: int, ag
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -86,14 +86,14 @@ def record_agents(part: Any, model: MiniWorldModel, state: State, world: int, ag
 class AgentSense(Sense):
     """Base of the senses that read other agents, with `record_agents` and `record_agent`."""
 
-    # x and y of all agents of a world.
+    # [world, (x, y), agent]: positions at the start of the step.
     arrays: ClassVar[Mapping[str, Array]] = {"positions": per_world(2, "agents")}
 
     record_agent: ClassVar[Any] = staticmethod(record_agent.default)
 
     @staticmethod
     def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """Copy the positions of all agents of a world."""
+        """Copy the positions of all agents of a world, because the agents move in the step."""
         for agent in range(model.agents):
             for axis in range(2):
                 part.positions[world, axis, agent] = state.positions[
@@ -136,9 +136,9 @@ class SpeciesSense(Sense):
         description='Name of the sensed species. "": all species but that of the agent.',
     )
     sectors: ClassVar[Sectors] = SECTORS
-    # Distance of the nearest visible agent in each sector.
+    # [sector, lane]: distance of the nearest visible agent, or infinity.
     arrays: ClassVar[Mapping[str, Array]] = {"distances": per_agent(N_SECTORS)}
-    # -1: all other species. A batch with species sets the number of the species `target`.
+    # -1: all other species. `SpeciesBatch` sets the index of the species `target` instead.
     derived: ClassVar[Mapping[str, Any]] = {"target_number": lambda part, experiment: -1}
 
 

@@ -1,4 +1,4 @@
-"""Perception: the agents that sense in a step, and the inputs of their networks.
+"""Perception: the agents that sense in a step, and the inputs of the networks.
 
 An agent far from all items senses in no step, unless a sense depends on more than items.
 """
@@ -22,10 +22,10 @@ from baldwinlab.parts.senses import count_inputs, measure, sense
 @compiled
 def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) -> None:
     """Set `near` of the agents near any region of items."""
-    # An agent that was near in the last step senses in one more step, which clears its inputs.
+    # An agent that was near in the last step senses once more, which clears the inputs.
     was_near = get(state.near, 0, lane) > HALF
     put(state.near, 0, lane, choose(was_near, HALF, model.minimum_near))
-    # The margin covers rounding.
+    # One unit of length more than the radius covers rounding.
     reach = max(model.visual_radius, model.alert_radius) + ONE
     for region in range(model.regions.shape[0]):
         half_width = model.regions[region, 1] * HALF
@@ -53,7 +53,7 @@ def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> i
 
 
 def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
-    """Return `_sense_all` for the types of `senses`, one call per sense."""
+    """Return the compiled form of `_sense_all`, with one call per sense."""
     if len(senses) == 1:
         return lambda senses, model, state, world, agent: sense(
             senses[0], model, state, world, agent
@@ -92,7 +92,7 @@ def _write_inputs(
 def _choose_write_inputs(
     senses: Any, model: Any, state: Any, world: Any, agent: Any, first_row: Any
 ) -> Any:
-    """Return `_write_inputs` for the types of `senses`, one call per sense."""
+    """Return the compiled form of `_write_inputs`, with one call per sense."""
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first_row: None
     is_continuous = part_class(senses[0]).is_continuous
@@ -114,7 +114,7 @@ write_inputs = register(_write_inputs, _choose_write_inputs)
 def _set_continuous_inputs(
     senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
 ) -> None:
-    """Set the inputs of an agent, some of which are real-valued. No outputs are looked up."""
+    """Set the inputs of an agent, if any input is real-valued. The code of the inputs is 0."""
     write_inputs(senses, model, state, world, agent, 0)
     state.code[0, world * model.agents + agent] = 0
 
@@ -123,9 +123,9 @@ def _set_continuous_inputs(
 def _set_binary_inputs(
     senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
 ) -> None:
-    """Set the binary inputs of an agent, and look up its outputs.
+    """Set the binary inputs of an agent, and look up the outputs for these inputs.
 
-    Unchanged inputs are written, too, because a mispredicted branch costs more than the write.
+    Unchanged inputs are also written, because a mispredicted branch takes longer than the write.
     """
     lane = world * model.agents + agent
     code = sense_all(senses, model, state, world, agent)
@@ -145,10 +145,10 @@ _set_inputs = select_by_type(
 def list_near_agents(
     model: MiniWorldModel, state: State, world: int, first_agent: int, end_agent: int
 ) -> int:
-    """List the agents with `near` above 0 in `near_agents`, and return their number.
+    """List the agents with `near` above 0 in `near_agents`, and return the length of the list.
 
-    The range is `first_agent` to `end_agent` - 1. Every agent is written, and the next agent
-    overwrites an agent that is not near. A branch for each agent would often be mispredicted.
+    Only agents `first_agent` to `end_agent` - 1 are listed. Every agent is written, and the next
+    agent overwrites an agent that is not near, because branches would often be mispredicted.
     """
     n_near = 0
     first_lane = world * model.agents
@@ -160,7 +160,7 @@ def list_near_agents(
 
 @compiled
 def perceive(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Set the inputs of an agent with its senses."""
+    """Call the senses of an agent, which set the inputs and `state.alert`."""
     lane = world * model.agents + agent
     put(state.alert, 0, lane, model.minimum_alert)
     _set_inputs(state.senses, model, state, world, agent)

@@ -1,8 +1,8 @@
 """Real-valued senses of the first item on each of several rays.
 
-`rays` has five rays, and senses items of any kind. `food-rays` has rays of a number and an angle
-that the experiment chooses. They are our interpretation of the proximity sensors of S. Nolfi and
-D. Floreano, Evolutionary Robotics (2000).
+`rays` has five rays, and senses items of one kind, which can be any kind. `food-rays` senses food,
+and the experiment chooses the number of rays and the angle. Both senses are our interpretation of
+the proximity sensors of S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def measure_rays(part: Any, model: MiniWorldModel, state: State, world: int, age
     """Write the inputs of a sense with an input for each ray.
 
     An input is 1 - distance / `model.visual_radius` of the nearest item on the ray. The hook
-    `record_item` of the sense lowers `part.nearest`, the squared distance [ray, lane].
+    `record_item` of the sense lowers the squared distance `part.nearest` [ray, lane].
     """
     lane = world * model.agents + agent
     n_rays = count_inputs(part)
@@ -79,7 +79,7 @@ class Rays(ItemSense, name="rays"):
     sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
         ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in RAY_DEGREES
     )
-    # Squared distance of the nearest item on each ray.
+    # [ray, lane]: squared distance of the nearest item on the ray.
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(N_RAYS)}
 
     @staticmethod
@@ -93,6 +93,7 @@ class Rays(ItemSense, name="rays"):
         is_visible = select_visible(state.features, model, line, squared_distance < INFINITY)
         first_direction = int(state.heading[0, lane]) - N_RAYS // 2 * HEADINGS_BETWEEN_RAYS
         for ray in range(N_RAYS if is_visible else 0):
+            # `+ HEADING_COUNT` makes the sum positive.
             direction = (
                 first_direction + HEADING_COUNT + ray * HEADINGS_BETWEEN_RAYS
             ) % HEADING_COUNT
@@ -130,7 +131,7 @@ class FoodRays(Sense, name="food-rays"):
     )
     only_items: ClassVar[bool] = True
     is_continuous: ClassVar[bool] = True
-    # Squared distance of the nearest item on each ray. The rays are some of all inputs.
+    # [ray, lane]: squared distance of the nearest item. The rows after the last ray are unused.
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent("inputs")}
     derived: ClassVar[Mapping[str, Any]] = {
         "number": kind_number(FOOD),
@@ -146,12 +147,12 @@ class FoodRays(Sense, name="food-rays"):
 
     @property
     def inputs(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Names of the inputs, from left to right."""
+        """Names of the inputs, such as "ray 1", from left to right."""
         return tuple(f"ray {ray + 1}" for ray in range(self.rays))
 
     @property
     def sectors(self) -> tuple[tuple[float, float] | None, ...]:  # type: ignore[override]
-        """Sector of each ray, for drawings."""
+        """Sector of each ray in drawings, (first, last) in degrees clockwise from the heading."""
         return tuple(
             ((degrees - HALF_SECTOR) % 360, (degrees + HALF_SECTOR) % 360)
             for degrees in self.ray_degrees

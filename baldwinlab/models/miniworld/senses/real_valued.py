@@ -1,10 +1,10 @@
 """Real-valued senses: the nearest item, the smell of items, and the agent's energy.
 
-Each sense of items senses one kind of items, which its field `target_kind` names: food by default.
+The field `target_kind` of a sense names the kind of the sensed items: food by default.
 
 Each input is a float32 in [0, 1]. Sensed items are within `senses.visual_radius`.
 Walls block sight but not smell.
-The network computes its outputs in every step, because real-valued inputs cannot be looked up.
+The network is evaluated in every step, because a lookup table needs binary inputs.
 
 The formulas are our interpretation of the sources:
 
@@ -60,7 +60,7 @@ from baldwinlab.parts.world_features import LineOfSight
 def record_item(
     part: Any, model: MiniWorldModel, state: State, line: LineOfSight, lane: int
 ) -> None:
-    """Use an item in range.
+    """Update the arrays of the sense with an item in range.
 
     Per agent, for each item within `model.visual_radius`, when the sense calls `record_items`. A
     feature can hide the item, see `is_within_sight`.
@@ -72,7 +72,7 @@ def record_item(
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the item.
     lane : int
@@ -125,7 +125,7 @@ def record_items(part: Any, model: MiniWorldModel, state: State, world: int, age
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     """
@@ -143,7 +143,7 @@ def record_items(part: Any, model: MiniWorldModel, state: State, world: int, age
 class ItemSense(Sense):
     """Base of the senses that read the items of a kind, with `record_items` and `record_item`.
 
-    The setting `target_kind` chooses the kind.
+    The setting `target_kind` is the name of the kind.
     """
 
     target_kind: str = Field(FOOD, description="Kind of the sensed items.")
@@ -178,7 +178,7 @@ class Nearest(ItemSense, name="nearest"):
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
     sectors: ClassVar[tuple[None, ...]] = (None, None)
-    # Squared distance of the nearest item, and the differences in x and y.
+    # [row, lane]: squared distance of the nearest item, then dx and dy from the agent to the item.
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(3)}
 
     @staticmethod
@@ -235,7 +235,7 @@ class Smell(ItemSense, name="smell"):
     )
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
-    # Smell at the left and right nostril: s of the formula.
+    # [nostril, lane]: s of the formula, at the left and the right nostril.
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
     derived: ClassVar[Mapping[str, Any]] = {
         **ItemSense.derived,

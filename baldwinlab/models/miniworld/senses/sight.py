@@ -2,7 +2,7 @@
 
 u and v are the coordinates of an item along and across the heading. v is positive to the right.
 An item is in the front sector if |v| <= u tan 15, and in a side sector if u tan 15 < |v| < u.
-These tests need no angle.
+These tests need no angle of the item.
 
 Source: Le (2019), "The Simulated World of Foods and Agents", on the angle theta.
 `docs/explanation/model.md` describes the boundaries of the sectors (interpretation R8).
@@ -50,16 +50,16 @@ Sectors = tuple[tuple[float, float] | None, ...]
 # Left, front and right, in degrees clockwise from the heading.
 SECTORS: Final[Sectors] = ((315, 345), (345, 15), (15, 45))
 TAN_15 = np.float32(math.tan(math.radians(15)))
-# Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
+# Bits of a scan: an item is in a sector, or so near that the next move can touch the item.
 LEFT_BIT = 1
 FRONT_BIT = 2
 RIGHT_BIT = 4
 ALERT_BIT = 8
 
-# Four values of the sensed items, for each lane of a SIMD block:
-# the smallest v of an item in a side sector, or 0; the smallest |v| - u tan 15 of a visible item,
-# or a positive number; the largest v of an item in a side sector, or 0; the smallest squared
-# distance of an item. Masks would be converted in every round of a loop without AVX-512.
+# Four values, for each lane of a SIMD block: the smallest v of an item in a side sector, or 0. The
+# smallest |v| - u tan 15 of a visible item, or a positive number. The largest v of an item in a
+# side sector, or 0. The smallest squared distance of an item. The values are not masks, because
+# without AVX-512, a loop would convert masks in every round.
 Hits = tuple[Value, Value, Value, Value]
 
 
@@ -75,7 +75,7 @@ def _exclude_hidden(
 def _exclude_nothing(
     features: Any, model: MiniWorldModel, line: LineOfSight, in_range: Mask
 ) -> Mask:
-    """Return `in_range`, for experiments in which no feature blocks sight."""
+    """Return `in_range`, for experiments without world features."""
     return in_range
 
 
@@ -94,7 +94,7 @@ def is_within_sight(model: MiniWorldModel, state: State, line: LineOfSight) -> M
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     line : LineOfSight
         The line from the agent to the item or other agent.
 
@@ -134,7 +134,7 @@ def test_sectors(
 
 @compiled
 def pack_sectors(left: Mask, front: Mask, right: Mask) -> int:
-    """Return one bit for each sector: whether it contains an item."""
+    """Return the sum of the bits of the sectors that contain an item: 1 left, 2 front, 4 right."""
     return (
         LEFT_BIT * int(any_of(left))
         | FRONT_BIT * int(any_of(front))
@@ -150,7 +150,7 @@ def _smaller(first: Value, second: Value) -> Value:
 
 @compiled
 def _no_hits() -> Hits:
-    """Return the hits of no item."""
+    """Return the hits before the first item is tested."""
     block = simd_block(0)
     return (
         fill_lanes(block, ZERO),
@@ -162,7 +162,7 @@ def _no_hits() -> Hits:
 
 @compiled
 def _pack_hits(model: MiniWorldModel, hits: Hits) -> int:
-    """Return the sectors with items, and whether an item is near, as bits."""
+    """Return the bits of the sectors with items, and `ALERT_BIT` if an item is near."""
     leftmost, front, rightmost, nearest = hits
     is_front = front < ZERO if model.open_boundaries else front <= ZERO
     is_near = nearest <= model.alert_radius * model.alert_radius
@@ -181,7 +181,7 @@ def _test_items(
     heading: int,
     hits: Hits,
 ) -> Hits:
-    """Return the hits of earlier items and of the items in `slot`."""
+    """Return `hits`, updated by the items in `slot`."""
     leftmost, front, rightmost, nearest = hits
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
@@ -191,7 +191,7 @@ def _test_items(
     is_visible = is_within_sight(model, state, LineOfSight(x, y, dx, dy))
     u = choose(is_visible, u, -ONE)
     across = abs(v)
-    # The signs of differences are exact.
+    # Rounding does not change the sign of a difference.
     excess = across - u * TAN_15
     side_v = choose(_smaller(excess, u - across) > ZERO, v, ZERO)
     return (
@@ -213,10 +213,10 @@ def _test_slots(
     heading: int,
     hits: Hits,
 ) -> Hits:
-    """Return the hits, and those of the items of a range of slots.
+    """Return `hits`, updated by the items of a range of slots.
 
-    The last SIMD block can contain items after the range. They are items of the same region, or
-    `NOWHERE`, so the test of their positions is correct.
+    The last SIMD block can contain slots after the range. These contain items of the same region,
+    or `NOWHERE`, so the tests of further slots are correct, too.
     """
     first_slot, end_slot = slots
     for first in range(first_slot, end_slot, lanes_in_block()):
@@ -255,7 +255,7 @@ def _scan_cells(
 def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, lane: int) -> int:
     """Return the bits of the items of a region that an agent senses.
 
-    Most regions can be reached from one image only. The position in this image is stored.
+    Agents reach most regions from one image only. `State.image_x` has the position in this image.
     """
     heading = int(get(state.heading, 0, lane))
     if model.images[region] == 1:
@@ -286,7 +286,7 @@ def sense_items(model: MiniWorldModel, state: State, world: int, agent: int, kin
     model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
-        Arrays of the step, and the other parts.
+        Arrays that a step changes, and the compiled parts.
     world, agent : int
         Indices of the world and of the agent in it.
     kind : int
