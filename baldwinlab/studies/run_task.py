@@ -39,6 +39,11 @@ from baldwinlab.studies.records import write_in_study
 # Minimum number of agent-steps (about ten seconds) of a task that searches for the runs stored by
 # an earlier attempt. A smaller task repeats all runs, which is faster than a list of many files.
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
+# A batch has more runs than the backend simulates at the same time, up to these numbers of runs and
+# of agents. More runs save little time, and a larger batch reports its progress less often.
+MAX_BATCH_RUNS: Final = 64
+MAX_BATCH_AGENTS: Final = 2_000
+
 # Called after each generation of a run with the dataset of the run.
 Callback = Callable[["xr.Dataset"], None]
 # Called after each generation of a run with condition, generation and mean fitness.
@@ -146,14 +151,8 @@ class RunTask(NamedTuple):
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
-        """Simulate the runs in batches of the backend's size. See `Task`."""
-        batch_size = backend.worlds
-        if isinstance(self.experiment, Experiment):
-            # A batch has a world for each repeat of a lifetime.
-            batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
-            # All threads of the task simulate one large world.
-            if is_large(self.experiment, count_worlds(self.experiment)):
-                batch_size = 1
+        """Simulate the runs in batches. See `Task`."""
+        batch_size = count_batch_runs(self.experiment, backend)
         stored = self._find_stored(seed, directory)
         runs = [run for run in self.runs if not self._is_complete(stored.get(run))]
         if n_complete := len(self.runs) - len(runs):
@@ -237,6 +236,22 @@ class RunTask(NamedTuple):
             yield Histories(self.experiment, seed, new_runs)
         for record_by_run in records.values():
             yield Histories(self.experiment, seed, [*record_by_run], [*record_by_run.values()])
+
+
+def count_batch_runs(experiment: BaseExperiment, backend: Backend) -> int:
+    """Return the number of runs that evolve together.
+
+    Selection, variation and records of many runs take few calls. The backend simulates their
+    lifetimes in smaller batches.
+    """
+    batch_size = backend.worlds
+    if isinstance(experiment, Experiment):
+        # A batch of the backend has a world for each repeat of a lifetime.
+        batch_size = max(1, batch_size // experiment.lifetime.repeats)
+        # All threads of the task simulate one large world.
+        if is_large(experiment, count_worlds(experiment)):
+            return 1
+    return max(batch_size, min(MAX_BATCH_RUNS, MAX_BATCH_AGENTS // experiment.population.size))
 
 
 def count_omitted_generations(history: History) -> int:

@@ -27,17 +27,58 @@ class MiniWorldSimulator:
         self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None
     ) -> None:
         self._experiment = experiment
-        self._batch = (backend or CPU).batch(experiment, seed, runs)
+        backend = backend or CPU
+        # A batch of the backend has a world for each repeat of a lifetime.
+        self._batch_size = max(1, backend.worlds // experiment.lifetime.repeats)
+        self._batches = [
+            backend.batch(experiment, seed, runs[first : first + self._batch_size])
+            for first in range(0, len(runs), self._batch_size)
+        ]
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         """Return the results of a generation with `genomes` [run, agent, module, weight]."""
-        self._batch.begin(generation, genomes)
+        size = self._batch_size
+        return join_runs(
+            [
+                self._simulate_batch(batch, generation, genomes[index * size : (index + 1) * size])
+                for index, batch in enumerate(self._batches)
+            ]
+        )
+
+    def _simulate_batch(
+        self, batch: Batch, generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        """Simulate the runs of one batch of the backend."""
+        batch.begin(generation, genomes)
         if self._experiment.record.every is None:
-            self._batch.simulate(0, self._experiment.lifetime.steps)
-            return collect_results(self._experiment, self._batch, genomes)
-        series = simulate_windows(self._experiment, self._batch, len(genomes))
-        results = collect_results(self._experiment, self._batch, genomes)
+            batch.simulate(0, self._experiment.lifetime.steps)
+            return collect_results(self._experiment, batch, genomes)
+        series = simulate_windows(self._experiment, batch, len(genomes))
+        results = collect_results(self._experiment, batch, genomes)
         return results._replace(records={**results.records, **series})
+
+
+def join_runs(groups: Sequence[LifeResults]) -> LifeResults:
+    """Return the results of the runs of several batches as those of one batch."""
+    if len(groups) == 1:
+        return groups[0]
+
+    def join(values: Sequence[Any]) -> Any:
+        if values[0] is None:
+            return None
+        if isinstance(values[0], Mapping):
+            return {name: join([group[name] for group in values]) for name in values[0]}
+        if isinstance(values[0], FinalPopulation):
+            return FinalPopulation(*map(join, zip(*values, strict=True)))
+        return np.concatenate(values)
+
+    joined = {
+        name: join([getattr(group, name) for group in groups])
+        for name in LifeResults._fields
+        if name != "lifetimes"
+    }
+    lifetimes = zip(*(group.lifetimes for group in groups), strict=True)
+    return LifeResults(**joined, lifetimes=tuple(map(join_runs, lifetimes)))
 
 
 def collect_results(
