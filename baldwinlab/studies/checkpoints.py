@@ -141,9 +141,10 @@ def read_stored_lengths(
 def read_longest_record(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset | None:
-    """Return the checkpoint or the record of a run, whichever has more generations, or None.
+    """Return the checkpoint or the record of a run: the one with more generations.
 
-    A damaged file counts as missing, because the run can be simulated again.
+    A damaged file counts as missing, because the run can be simulated again. Without a file, the
+    result is None.
     """
     path = checkpoint_path(directory, experiment.name, run)
     records = []

@@ -35,6 +35,7 @@ from baldwinlab.experiment.conditions import STUDY_KINDS, SWEEP, Factors, StudyK
 from baldwinlab.experiment.file import File, iterate_file_tables, remember_path, require_files
 from baldwinlab.studies.record_files import StudyError
 
+# `parts.loading` is imported late: it loads slowly, and most studies have no third-party part.
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
@@ -219,11 +220,6 @@ def _write_new(directory: Path, path: Path, content: bytes) -> bool:
     except FileExistsError:
         return path.stat().st_size == len(content) and path.read_bytes() == content
     return True
-
-
-# `parts.loading` is imported late: it loads slowly, and most studies have no third-party part.
-if TYPE_CHECKING:
-    from baldwinlab.parts.loading import Source
 
 
 class PartRecord(NamedTuple):

@@ -25,7 +25,6 @@ from typing import Any, Final, NamedTuple
 from uuid import uuid4
 
 import dask.config
-from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.core.errors import PartError, RefusedError
@@ -114,6 +113,9 @@ def _connect(address: str) -> Client:
 
 @contextmanager
 def _start_slurm_jobs(jobs: int) -> Iterator[Client]:
+    # Workers load this module for their tasks, and need no library that submits jobs.
+    from dask_jobqueue import SLURMCluster
+
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
         _require_job(cluster.job_script())
         # Unlike `scale`, `adapt` replaces a job that ends early.

@@ -17,6 +17,7 @@ from baldwinlab.analysis.statistics.rank_tests import holm, signed_rank_tails
 from baldwinlab.analysis.statistics.significance import (
     MAX_RUNS,
     PlannedTest,
+    TestMethod,
     critical_p_values,
     describe_too_few,
     interval_runs,
@@ -90,10 +91,10 @@ def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
 @pytest.mark.parametrize(
     ("tests", "kind"), [(1, "Mann-Whitney"), (2, "Mann-Whitney"), (9, "Wilcoxon"), (28, "Wilcoxon")]
 )
-def test_one_run_less_than_required_is_too_few(tests: int, kind: str) -> None:
-    designs = [PlannedTest(1, 1, kind)] * tests  # type: ignore[arg-type]
+def test_one_run_less_than_required_is_too_few(tests: int, kind: TestMethod) -> None:
+    designs = [PlannedTest(1, 1, kind)] * tests
     runs = required_runs(designs)
-    smallest = [tests * PlannedTest(number, number, kind).smallest_p for number in (runs - 1, runs)]  # type: ignore[arg-type]
+    smallest = [tests * PlannedTest(number, number, kind).smallest_p for number in (runs - 1, runs)]
     assert smallest[1] < 0.05 <= smallest[0]
 
 

@@ -47,16 +47,23 @@ def find_fields(tables: dict[str, Any], prefix: str) -> dict[str, Any]:
     return fields
 
 
-def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page() -> None:
+def use_example_parts(*assignments: str) -> Experiment:
+    """Return an experiment with the parts of three example files, changed by `assignments`."""
     for name in ("poison", "elman", "social"):
         load_file(EXAMPLES / f"{name}.py")
     settings = [
         'world.features=["poison"]',
         'senses.kinds=["food", "poison"]',
         "evolution.fitness=above-the-worst",
+        "network.kind=elman",
+        "learning.rule=social",
     ]
-    experiment = assign(load("evo/A"), [*settings, "network.kind=elman", "learning.rule=social"])
-    tables = make_form_schema(experiment)["$defs"]
+    experiment: Experiment = assign(load("evo/A"), [*settings, *assignments])
+    return experiment
+
+
+def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page() -> None:
+    tables = make_form_schema(use_example_parts())["$defs"]
     assert "const" in tables["NetworkSettings"]["properties"]["hidden"]
     poison = find_fields(tables, "Poison")
     assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
@@ -75,7 +82,6 @@ def test_the_number_of_inputs_of_a_sense_is_constant_on_the_page() -> None:
     assert "const" not in rays["item_radius"]
 
 
-EXAMPLES = Path(__file__).parents[3] / "examples" / "parts"
 # Other values of settings that are lists, or that are not set.
 OTHER_VALUES: Mapping[str, Any] = {
     "world.food": [{"x": [90.0, 270.0], "y": [60.0, 240.0], "count": 70, "energy": 0.5}],
@@ -212,15 +218,4 @@ def test_a_setting_that_only_python_supports_is_refused_with_custom_parts(path: 
 
 
 def test_settings_that_the_module_of_custom_parts_contains_are_accepted() -> None:
-    for name in ("poison", "elman", "social"):
-        load_file(EXAMPLES / f"{name}.py")
-    settings = [
-        'world.features=["poison"]',
-        'senses.kinds=["food", "poison"]',
-        "evolution.fitness=above-the-worst",
-        "network.kind=elman",
-        "network.hidden=[7]",
-        "learning.rule=social",
-        "lifetime.update=sequential",
-    ]
-    require_browser_settings(assign(load("evo/A"), settings))
+    require_browser_settings(use_example_parts("network.hidden=[7]", "lifetime.update=sequential"))
