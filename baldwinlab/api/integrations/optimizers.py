@@ -22,8 +22,8 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.engine.threads import available_cores, defer_interruptions
 from baldwinlab.evolution import (
-    GenerationKey,
     draw_genomes,
+    make_run_keys,
     mean_fitness,
     require_fitness_without_archive,
 )
@@ -120,11 +120,8 @@ class Problem:
             Array [genome, weight].
         """
         n_worlds = math.ceil(count / self.experiment.population.size)
-        genomes_by_world = [
-            draw_genomes(self.experiment, GenerationKey(self.seed, run, 0))
-            for run in range(n_worlds)
-        ]
-        return np.concatenate(genomes_by_world)[:count].reshape(count, self.length)
+        genomes = draw_genomes(self.experiment, make_run_keys(self.seed, range(n_worlds), 0))
+        return genomes.reshape(-1, self.length)[:count]
 
     @check_numbers
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:
