@@ -137,7 +137,7 @@ class Histories:
         for index, record in enumerate(records):
             self.parents[index, : last_generation + 1] = record["parents"].values
         saved_generations = first["kept_generation"].values.tolist()
-        genomes = np.stack([record["kept_genome"].values for record in records]).astype(np.float32)
+        genomes = np.stack([record["kept_genome"].values for record in records], dtype=np.float32)
         for position, generation in enumerate(saved_generations):
             self.saved_genomes[generation] = SavedGenomes(self.active, genomes[:, position])
         self.genomes = np.ascontiguousarray(self.saved_genomes.pop(last_generation).genomes)

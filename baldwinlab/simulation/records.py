@@ -38,8 +38,12 @@ class RecordedRun(Protocol):
     experiment: BaseExperiment
     seed: int
     run: int
-    n_generations: int
-    is_stopped: bool
+
+    @property
+    def n_generations(self) -> int: ...
+
+    @property
+    def is_stopped(self) -> bool: ...
 
     @property
     def recorded_names(self) -> Sequence[str]: ...

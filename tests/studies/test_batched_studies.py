@@ -183,9 +183,10 @@ def test_an_interrupted_task_stores_its_finished_runs(
     tmp_path: Path, oracle: Records, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The task has several batches.
-    monkeypatch.setattr(run_task, "MAX_BATCH_RUNS", 8)
+    monkeypatch.setattr(memory, "MAX_AGENTS_PER_WORLD", 3)
     study = create_study(tmp_path, [make_experiment()], SEED)
-    batch_runs = run_task.count_batch_runs(make_experiment(), CPU)
+    batch_runs = memory.count_batch_runs(make_experiment(), CPU.worlds)
+    assert 1 < batch_runs < RUNS // 2
     n_generations = random.Random(seed).randrange(1, 3 * RUNS // batch_runs)
     tasks = plan_tasks(study, {CONDITION: list(range(RUNS))}, 1)
     steps = THREADS.run(study, tasks, 1, CPU)

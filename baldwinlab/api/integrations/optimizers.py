@@ -31,6 +31,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.reevaluation import make_batch
@@ -156,8 +157,8 @@ class Problem:
         """
         genomes_by_world = self._split_into_worlds(genomes)
         worlds = range(len(genomes_by_world))
-        # A chunk has as many worlds as a batch of the CPU. The last chunk can have fewer.
-        chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
+        # A chunk has as many worlds as a block of the CPU. The last chunk can have fewer.
+        chunks = [worlds[first : first + BLOCK_WORLDS] for first in worlds[::BLOCK_WORLDS]]
 
         def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
             # The runs of a chunk are consecutive, and run r has the genomes of world r.
