@@ -227,7 +227,9 @@ class CpuBatch(PopulationView):
         """
         require_single_species(experiment, "a batch of one species")
         self._n_runs = len(runs)
-        self._block_runs = self._choose_block_runs(experiment, world, max_worlds)
+        self._block_runs = self._n_runs
+        if max_worlds is not None:
+            self._block_runs = choose_block_runs(experiment, self._n_runs, max_worlds)
         self._n_blocks = math.ceil(self._n_runs / self._block_runs)
         # The last run fills the last block.
         self._run_indices = np.arange(self._n_blocks * self._block_runs).clip(max=len(runs) - 1)
@@ -247,16 +249,6 @@ class CpuBatch(PopulationView):
             self._function = self._simulate_blocks
             self._compiled = self._compile(experiment)
 
-    def _choose_block_runs(
-        self, experiment: Experiment, world: int | None, max_worlds: int | None
-    ) -> int:
-        """Return the number of runs in a block, equal for all blocks."""
-        worlds_of_run = experiment.lifetime.repeats * experiment.population.worlds
-        if max_worlds is None or world is not None:
-            return self._n_runs
-        n_blocks = math.ceil(self._n_runs / max(1, max_worlds // worlds_of_run))
-        return math.ceil(self._n_runs / n_blocks)
-
     def _compile(self, experiment: Experiment) -> Callable[..., None]:
         dispatcher = cached_jit(_entry_point(experiment), list_hooks(self.state), short_loops=True)
         # This call compiles the function. The range of blocks is empty.
@@ -272,9 +264,11 @@ class CpuBatch(PopulationView):
         self.states.generation[:] = generation
         if len(genomes) < len(self._run_indices):
             genomes = genomes[self._run_indices]
-        shape = self._n_blocks, -1, self._block_runs, *genomes.shape[1:]
+        n_blocks, repeats, block_runs = self._n_blocks, self._layout.repeats, self._block_runs
+        genomes_of_blocks = genomes.reshape(n_blocks, 1, block_runs, *genomes.shape[1:])
         # All repeats of a lifetime have the same genomes.
-        self.states.genome.reshape(shape)[:] = genomes.reshape(shape)
+        shape = n_blocks, repeats, *genomes_of_blocks.shape[2:]
+        self.states.genome.reshape(shape)[:] = genomes_of_blocks
         self._function(self.model, self.state, True, 0, 0)
 
     def simulate(self, first_step: int, last_step: int) -> None:
@@ -292,22 +286,38 @@ class CpuBatch(PopulationView):
         """Return a copy [population, agent, row] of an array [row, lane] of the states."""
         array = find_array(self.states, name)
         populations, agents = self._shape
-        shape = self._n_blocks, array.shape[1], -1, self._block_runs, agents
+        n_rows = array.shape[1]
+        shape = self._n_blocks, n_rows, self._layout.repeats, self._block_runs, agents
         values = array[:, :, : populations * agents].reshape(shape)
         return self._order_runs(values.transpose(2, 0, 3, 4, 1))
 
     def by_world(self, name: str) -> npt.NDArray[Any]:
         """Return a copy [world, ...] of an array of the states."""
         array = find_array(self.states, name)
-        shape = self._n_blocks, self._layout.repeats, self._block_runs, self._layout.worlds
-        values = array.reshape(*shape, *array.shape[2:]).swapaxes(0, 1)
-        return self._order_runs(values).reshape(-1, *array.shape[2:])
+        worlds_of_run = self._layout.worlds
+        rows = array.shape[2:]
+        shape = self._n_blocks, self._layout.repeats, self._block_runs, worlds_of_run, *rows
+        by_population = self._order_runs(array.reshape(shape).swapaxes(0, 1))
+        return by_population.reshape(len(by_population) * worlds_of_run, *rows)
 
     def _order_runs(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return a copy [population, ...] of [repeat, block, run in the block, ...]."""
-        repeats, *_ = values.shape
-        by_run = values.copy().reshape(repeats, -1, *values.shape[3:])[:, : self._n_runs]
-        return by_run.reshape(-1, *values.shape[3:])
+        repeats, n_blocks, block_runs, *rows = values.shape
+        by_run = values.copy().reshape(repeats, n_blocks * block_runs, *rows)
+        return by_run[:, : self._n_runs].reshape(repeats * self._n_runs, *rows)
+
+
+def choose_block_runs(experiment: Experiment, n_runs: int, max_worlds: int) -> int:
+    """Return the number of runs in each block, for which the blocks have the fewest lanes."""
+    worlds_of_run = experiment.lifetime.repeats * experiment.population.worlds
+    max_runs = min(n_runs, max(1, max_worlds // worlds_of_run))
+
+    def count_lanes(block_runs: int) -> int:
+        n_lanes = block_runs * worlds_of_run * experiment.agents_per_world
+        return math.ceil(n_runs / block_runs) * math.ceil(n_lanes / WIDTH)
+
+    # Blocks of more runs are better if the number of lanes is equal.
+    return min(range(max_runs, max_runs // 2, -1), key=count_lanes)
 
 
 def make_batch(experiment: Experiment, seed: int, runs: Sequence[int]) -> CpuBatch:
