@@ -112,7 +112,6 @@ class Histories:
             self.generation_counts[:] = self.n_generations
         else:
             self.genomes = make_founders(experiment, make_run_keys(seed, runs, 0))
-        self.histories = [History(self, index) for index in range(n_runs)]
 
     def _restore(self, records: Sequence[xr.Dataset]) -> None:
         """Copy all generations of records but the last, which is simulated again.
@@ -159,6 +158,11 @@ class Histories:
             shape = (len(self.runs), self.experiment.evolution.generations, *values.shape[1:])
             self.records[name] = np.zeros(shape, values.dtype)
         return self.records[name]
+
+    @property
+    def histories(self) -> list[History]:
+        """Views of the runs. A stored list would be a reference cycle, which keeps the arrays."""
+        return [History(self, index) for index in range(len(self.runs))]
 
     @property
     def _rows(self) -> Any:

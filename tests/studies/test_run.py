@@ -62,8 +62,8 @@ def test_tasks_use_idle_threads(tasks: int, workers: int, threads: int, tmp_path
     assert results == [threads] * tasks
 
 
-@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1999, [3])])
-def test_all_threads_of_a_task_simulate_one_large_world(
+@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1000, [2, 1]), (500, [3])])
+def test_batches_of_large_populations_have_few_runs(
     agents: int, batches: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     simulated = list[int]()
