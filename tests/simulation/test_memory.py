@@ -137,7 +137,7 @@ def test_memory_is_estimated_within_a_factor_of_two(
     # The first process may compile, before or while the memory is measured.
     _, measured = (measure_peak_memory(task, experiment) for _ in range(2))
     # The estimate includes the memory of the compiler.
-    print(task, name, assignments, measured/2**20, estimates[task]().memory/2**20)
+    print(task, name, assignments, measured / 2**20, estimates[task]().memory / 2**20)
     assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE_BYTES
 
 
