@@ -187,4 +187,6 @@ def make_offspring(
         add_run_dimension(lifetimes),
         _add_run(arrays),
     )
-    return species_breeding.Offspring(*(values.squeeze(0) for values in offspring))
+    return species_breeding.Offspring(
+        offspring.genome.squeeze(0), offspring.parents.squeeze(0), offspring.species.squeeze(0)
+    )
