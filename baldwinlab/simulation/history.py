@@ -137,7 +137,7 @@ class Histories:
         for index, record in enumerate(records):
             self.parents[index, : last_generation + 1] = record["parents"].values
         saved_generations = first["kept_generation"].values.tolist()
-        genomes = np.stack([record["kept_genome"].values for record in records]).astype(np.float32)
+        genomes = np.stack([record["kept_genome"].values for record in records], dtype=np.float32)
         for position, generation in enumerate(saved_generations):
             self.saved_genomes[generation] = SavedGenomes(self.active, genomes[:, position])
         self.genomes = np.ascontiguousarray(self.saved_genomes.pop(last_generation).genomes)
@@ -188,7 +188,8 @@ class Histories:
         if self.species is not None:
             self._allocate("species", self.species)[rows, generation] = self.species
         if self._uses_run_arrays:
-            self.run_arrays_before = [_copy_arrays(arrays) for arrays in self.run_arrays]
+            for index in self.active:
+                self.run_arrays_before[index] = _copy_arrays(self.run_arrays[index])
         lifetimes = read_lifetimes(settings, results, self.genomes, self.species)
         fitness_of_runs = self._compute_fitness(settings, results, lifetimes)
         self.fitness[rows, generation] = fitness_of_runs

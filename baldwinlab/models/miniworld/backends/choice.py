@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,10 @@ class SimulatedAgents(Protocol):
 
     def positions(self) -> npt.NDArray[np.float32]: ...
 
+    def by_agent(self, name: str) -> npt.NDArray[Any]: ...
+
+    def by_world(self, name: str) -> npt.NDArray[Any]: ...
+
 
 class Batch(SimulatedAgents, Protocol):
     """Several runs of one experiment, simulated one generation at a time."""
@@ -62,8 +66,7 @@ class Backend(NamedTuple):
     species_batch: SpeciesBatchClass | None = None
 
 
-# With 20 agents per world, the weights of 4 worlds (80 lanes) fit the first-level cache.
-CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4, species_batch=SpeciesBatch)
+CPU: Final = Backend(name="cpu", batch=cpu.make_batch, worlds=64, species_batch=SpeciesBatch)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:

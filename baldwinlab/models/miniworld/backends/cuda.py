@@ -14,7 +14,7 @@ from numba import config, cuda
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.gpu import COMPILATION_LOCK, without_contraction
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import find_array, make_model, make_state
 from baldwinlab.models.miniworld.backends.cuda_kernels import (
     make_birth_kernel,
     make_kernel_source,
@@ -153,25 +153,32 @@ class CudaBatch:
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
-        state = self.state
-        worlds = slice(len(self._layout.keys))
-        return np.stack([state.item_x[worlds], state.item_y[worlds]], axis=-1)
+        return np.stack([self.by_world("item_x"), self.by_world("item_y")], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Wait for the steps. Return the numbers of eaten items, [population, agent, region]."""
-        return self._by_agent(self._state.eaten_in_life, self._host.eaten_in_life)
+        return self.by_agent("eaten_in_life")
 
     def weights(self) -> npt.NDArray[np.float32]:
         """Wait for the steps. Return the current weights, [population, agent, weight]."""
-        return self._by_agent(self._state.weights, self._host.weights)
+        return self.by_agent("weights")
 
     def positions(self) -> npt.NDArray[np.float32]:
         """Wait for the steps. Return the positions of the agents, [population, agent, (x, y)]."""
-        return self._by_agent(self._state.positions, self._host.positions)
+        return self.by_agent("positions")
 
-    def _by_agent(self, device_array: Any, host_array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return a copy [population, agent, row] of an array [row, lane] on the GPU."""
-        lanes = slice(math.prod(self._shape))
-        device_array.copy_to_host(host_array, self._stream)
+    def by_agent(self, name: str) -> npt.NDArray[Any]:
+        """Wait for the steps. Return a copy [population, agent, row] of an array [row, lane]."""
+        array = self._fetch_array(name)
+        return array[:, : math.prod(self._shape)].T.reshape(*self._shape, -1).copy()
+
+    def by_world(self, name: str) -> npt.NDArray[Any]:
+        """Wait for the steps. Return a copy of an array [world, ...]."""
+        return self._fetch_array(name)[: len(self._layout.keys)].copy()
+
+    def _fetch_array(self, name: str) -> npt.NDArray[Any]:
+        """Return an array of the state by its path, copied from the GPU."""
+        array: npt.NDArray[Any] = find_array(self._host, name)
+        find_array(self._state, name).copy_to_host(array, self._stream)
         self._stream.synchronize()
-        return host_array[:, lanes].T.reshape(*self._shape, -1).copy()
+        return array
