@@ -1,8 +1,10 @@
 """Time of a command inside and outside of the interpreter's lock: `python -m benchmarks.lock`.
 
-    python -m benchmarks.lock FILE COMMAND ...
+    python -m benchmarks.lock FILE THREADS COMMAND ...
 
-runs `baldwinlab COMMAND ...`, and writes its times as JSON into FILE.
+runs `baldwinlab COMMAND ...`, and writes its times as JSON into FILE. THREADS threads execute the
+tasks of the study. With one thread and `--workers 16`, the study has the tasks of 16 workers, and
+their times are correct.
 
 Code that Numba compiled runs without the lock of the interpreter, so several threads can run it at
 the same time. The rest of the CPU time counts as time under the lock. This is an upper limit,
@@ -22,11 +24,12 @@ from typing import Any
 from baldwinlab.api import run_study
 from baldwinlab.cli import main as run_command
 from baldwinlab.engine.numba_internals import dispatchers
+from baldwinlab.studies.executors import run_on_threads
 
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds of a part of a process with one worker."""
+    """Seconds of a part of a process."""
 
     elapsed: float
     cpu: float  # CPU time of all threads.
@@ -73,16 +76,20 @@ class Clock:
 
 
 def main() -> None:
-    file, *arguments = sys.argv[1:]
+    file, threads, *arguments = sys.argv[1:]
     clock = Clock()
     # The module that calls the function which simulates and stores the runs of a study.
     caller: Any = run_study
     simulate = caller.run_study
     sessions: list[Times] = []
 
+    def execute(study: Any, tasks: Any, workers: int, backend: Any, done: Any) -> Any:
+        return run_on_threads(study, tasks, int(threads), backend, done)
+
     def simulate_measured(*arguments: Any, **options: Any) -> None:
+        executor = options["executor"]._replace(work=execute)
         start = clock.read()
-        simulate(*arguments, **options)
+        simulate(*arguments, **options | {"executor": executor})
         sessions.append(clock.read() - start)
 
     caller.run_study = simulate_measured
