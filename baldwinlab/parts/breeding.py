@@ -83,7 +83,8 @@ def list_part_calls(
         return [PartCall(*_compile_part(experiment, field), range(n_runs))]
     return [
         PartCall(
-            *breeding_part(experiment, field, run_arrays and run_arrays[run]), range(run, run + 1)
+            *breeding_part(experiment, field, None if run_arrays is None else run_arrays[run]),
+            range(run, run + 1),
         )
         for run in range(n_runs)
     ]

@@ -113,7 +113,10 @@ def plan_tasks(
         runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
-            for start in range(0, len(runs), runs_per_task):
+            if file_size == 1:
+                # Equal tasks end at about the same time.
+                runs_per_task = math.ceil(len(runs) / max(1, math.ceil(len(runs) / runs_per_task)))
+            for start in range(0, len(runs), max(1, runs_per_task)):
                 task = RunTask(
                     experiment=experiment,
                     runs=tuple(runs[start : start + runs_per_task]),

@@ -105,8 +105,8 @@ def test_a_sentence_states_the_number_of_workers(
     assert describe_workers(executor, workers, tasks) == sentence
 
 
-@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1999, [3])])
-def test_all_threads_of_a_task_simulate_one_large_world(
+@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1000, [2, 1]), (500, [3])])
+def test_batches_of_large_populations_have_few_runs(
     agents: int, batches: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     simulated = list[int]()

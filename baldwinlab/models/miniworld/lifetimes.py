@@ -80,13 +80,14 @@ def collect_results(
 
 def _select_rows(results: LifeResults, rows: slice) -> LifeResults:
     """Return the results of one repeat."""
-    values = {
-        name: None if value is None else value[rows]
-        for name, value in results._asdict().items()
-        if name in ("energy", "cost", "learned", "eaten", "position")
-    }
-    records = {name: array[rows] for name, array in results.records.items()}
-    return results._replace(records=records, **values)
+    return LifeResults(
+        energy=results.energy[rows],
+        cost=results.cost[rows],
+        learned=None if results.learned is None else results.learned[rows],
+        records={name: array[rows] for name, array in results.records.items()},
+        eaten=None if results.eaten is None else results.eaten[rows],
+        position=None if results.position is None else results.position[rows],
+    )
 
 
 def _read_records(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]:

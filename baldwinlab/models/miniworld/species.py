@@ -13,8 +13,7 @@ from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import SpeciesIndices, count_agents
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, require_species_batch
-from baldwinlab.models.miniworld.backends.cpu import PopulationView
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
 from baldwinlab.models.miniworld.lifetimes import (
     eaten_by_kind,
     read_death_records,
@@ -120,7 +119,7 @@ def split_genomes(
 
 def _collect_species(
     member: Experiment,
-    view: PopulationView,
+    view: SpeciesView,
     genomes: npt.NDArray[np.float32],
     has_deaths: bool,
 ) -> LifeResults:

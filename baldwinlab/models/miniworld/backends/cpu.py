@@ -196,13 +196,14 @@ class PopulationView:
 
         `name`: path of the array, see `find_array`.
         """
-        array = find_array(self.state, name)
+        array: npt.NDArray[Any] = find_array(self.state, name)
         lanes = slice(math.prod(self._shape))
         return array[:, lanes].T.reshape(*self._shape, len(array)).copy()
 
     def by_world(self, name: str) -> npt.NDArray[Any]:
         """Return a copy of an array [world, ...] of the state."""
-        return find_array(self.state, name).copy()
+        array: npt.NDArray[Any] = find_array(self.state, name)
+        return array.copy()
 
 
 class CpuBatch(PopulationView):
@@ -243,6 +244,7 @@ class CpuBatch(PopulationView):
         self.states = make_state(experiment, n_worlds, blocks=self._n_blocks)
         self.states.keys[:] = [layout.keys for layout in layouts]
         super().__init__(model, select_element(self.states, 0), self._layout.shape)
+        self._function: Callable[[MiniWorldModel, State, bool, int, int], None]
         if uses_team(experiment, n_worlds):
             self._function = TeamSimulation(model, self.state)
         else:
