@@ -32,7 +32,7 @@ help:
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
 	@echo "make lint        check style, imports, types and JavaScript"
 	@echo "make format      format the code"
-	@echo "make bench       compare the speed with alternatives, and measure the cost of larger worlds"
+	@echo "make bench       compare the speed with alternatives, and measure larger worlds and more cores"
 	@echo "make bench-scale  measure the cost of many runs, agents and threads, and compare it with an earlier commit"
 	@echo "make cuda        install the requirements of the GPU backend"
 	@echo "make wasm        compile the engine for browsers again, after a change of compiled code"
@@ -159,9 +159,11 @@ dist: $(VENV)/.dev
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -n0 tests/test_packaging.py
 
-# About four minutes: see benchmarks/README.md.
+# About five minutes: see benchmarks/README.md.
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.compare
+	$(BIN)/python -m benchmarks.world_size
+	$(BIN)/python -m benchmarks.host
 	$(BIN)/python -m benchmarks.scaling
 
 # The cost of many runs, agents and threads, compared with an earlier commit.

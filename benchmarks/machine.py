@@ -9,15 +9,16 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from baldwinlab.engine.threads import available_cores
+
 VERSIONS = ("numpy", "numba", "jax", "jaxlib")
 
 
 def provenance() -> dict[str, Any]:
     """Return CPU, cores, system, versions, and the load of the machine by other processes."""
-    has_affinity = hasattr(os, "sched_getaffinity")
     return {
         "cpu": _cpu(),
-        "cores": len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count(),
+        "cores": available_cores(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "load": round(os.getloadavg()[0], 2),

@@ -17,16 +17,21 @@ Results = dict[str, Any]
 
 def comparison_tables(results: Results) -> str:
     """Return all tables of `compare`, with the machine and the versions."""
-    machine = results["machine"]
-    versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     head = (
-        f"{machine['cpu']}, {machine['cores']} cores, {machine['system']}; "
-        f"Python {machine['python']}, {versions}. "
-        f"Started {results['began']}; {results['rounds']} rounds; "
-        f"load of the machine {machine['load']} before and {results['load_at_the_end']} after."
+        f"{describe_machine(results['machine'])}, and {results['load_at_the_end']} after. "
+        f"Started {results['began']}; {results['rounds']} rounds."
     )
     scenarios = [scenario_table(name, records) for name, records in results["races"].items()]
     return "\n\n".join([head, *scenarios]) + "\n"
+
+
+def describe_machine(machine: Results) -> str:
+    """Return the result of `provenance` as text, with the load of the machine at the end."""
+    versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+    return (
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['system']}; "
+        f"Python {machine['python']}, {versions}; load of the machine {machine['load']} before"
+    )
 
 
 def scenario_table(name: str, records: Sequence[Results]) -> str:

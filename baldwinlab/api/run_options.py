@@ -29,7 +29,7 @@ class AssayOptions:
     Parameters
     ----------
     workers
-        Number of threads, by default one per core; with the executor slurm, number of jobs.
+        Number of threads, by default one per usable core; with the executor slurm, number of jobs.
     executor
         threads, dask:tcp://HOST:PORT, or slurm.
     force

@@ -40,7 +40,12 @@ from baldwinlab.studies.creation import (
     extend_study,
     remove_if_refused,
 )
-from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
+from baldwinlab.studies.executors import (
+    THREADS,
+    Executor,
+    ExecutorError,
+    describe_workers,
+)
 from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
@@ -114,6 +119,9 @@ def _run_missing(
         console.info(f"{study.location}: all {request.total_runs:,} runs are already stored")
         return study
     _announce_runs(study, missing, request)
+    # There is at least one task for each worker if there are as many runs.
+    n_missing = sum(map(len, missing.values()))
+    console.info_once(describe_workers(execution.executor, execution.parallel_tasks, n_missing))
     curves = FitnessCurves()
     # Only threads of this process report the fitness for the curves. Other executors do not.
     is_observed = console.console.is_terminal and execution.executor.name == THREADS.name
@@ -362,6 +370,8 @@ def run_missing_assays(
     agent_steps = count_assay_steps(study, missing, generations)
     console.info(f"{study.location}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
     console.info_if_any(format_sample_sentence(study))
+    n_runs = sum(run_counts.values())
+    console.info_once(describe_workers(executor, executor.workers, n_runs))
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -211,6 +212,12 @@ def _replace_nan(value: Any) -> Any:
 def info(message: str, *, has_address: bool = False) -> None:
     """Print a message. The terminal, not rich, wraps a message with an address."""
     console.print(_shorten_paths(message), markup=False, soft_wrap=has_address or None)
+
+
+@cache
+def info_once(message: str) -> None:
+    """Print a message, unless this process has already printed it."""
+    info(message)
 
 
 def info_if_any(message: str) -> None:

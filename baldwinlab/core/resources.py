@@ -1,4 +1,4 @@
-"""Free memory and disk of this machine, and a check that these suffice for a command."""
+"""Memory, disk and cores that this process may use, and a check that they suffice for a command."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from baldwinlab.core.files import is_local
 
 BYTE_UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
 BYTES_PER_KIB: Final = 1024
-# Folder of the control groups, in which Linux limits the memory of several processes together.
+# Folder of the control groups, in which Linux limits memory and CPU of several processes together.
 CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
+# File with the control groups of this process.
+GROUP_MEMBERSHIP: Final = Path("/proc/self/cgroup")
 
 
 class Need(NamedTuple):
@@ -143,15 +145,44 @@ def _read_proc(file: str, name: str) -> int | None:
 
 
 def free_memory_of_groups(
-    groups: Path = CONTROL_GROUPS, membership: Path = Path("/proc/self/cgroup")
+    groups: Path = CONTROL_GROUPS, membership: Path = GROUP_MEMBERSHIP
 ) -> Iterator[int]:
-    """Yield the free memory, in bytes, of each control group of this process that has a limit.
+    """Yield the free memory, in bytes, of each control group of this process that has a limit."""
+    for group, version in _list_groups("memory", groups, membership):
+        free = _free_in_group(group, GROUP_NAMES_2 if version == 2 else GROUP_NAMES_1)
+        if free is not None:
+            yield free
+
+
+def cores_of_groups(
+    groups: Path = CONTROL_GROUPS, membership: Path = GROUP_MEMBERSHIP
+) -> Iterator[float]:
+    """Yield the cores that each control group of this process with a limit may use, such as 1.5.
+
+    The limit is a quota of CPU time in each period.
+    """
+    for group, version in _list_groups("cpu", groups, membership):
+        files = ["cpu.max"] if version == 2 else ["cpu.cfs_quota_us", "cpu.cfs_period_us"]
+        try:
+            texts = " ".join((group / file).read_text("ascii") for file in files)
+            quota, period = map(int, texts.split())
+        except (OSError, ValueError):
+            # The group does not exist, or its quota is "max".
+            continue
+        # In version 1, the quota of a group without a limit is -1.
+        if quota > 0:
+            yield quota / period
+
+
+def _list_groups(controller: str, groups: Path, membership: Path) -> Iterator[tuple[Path, int]]:
+    """Yield the folder and the version of each control group of this process with a controller.
 
     The parents of a group are included. In a container the root can be the group of the process.
 
     References
     ----------
-    Linux, Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst.
+    Linux, Documentation/admin-guide/cgroup-v2.rst, cgroup-v1/memory.rst and
+    scheduler/sched-bwc.rst.
     """
     try:
         lines = membership.read_text("utf-8").splitlines()
@@ -161,20 +192,15 @@ def free_memory_of_groups(
         # Hierarchy 0 belongs to version 2 of control groups.
         hierarchy, controllers, path = line.split(":", 2)
         if hierarchy == "0":
-            root = groups
-            names = GROUP_NAMES_2
-        elif "memory" in controllers.split(","):
-            root = groups / "memory"
-            names = GROUP_NAMES_1
+            root, version = groups, 2
+        elif controller in controllers.split(","):
+            root, version = groups / controller, 1
         else:
             continue
         process_group = root / path.lstrip("/")
         for group in (process_group, *process_group.parents):
-            if not group.is_relative_to(root):
-                continue
-            free = _free_in_group(group, names)
-            if free is not None:
-                yield free
+            if group.is_relative_to(root):
+                yield group, version
 
 
 def _free_in_group(group: Path, names: _GroupNames) -> int | None:

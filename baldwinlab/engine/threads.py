@@ -1,7 +1,8 @@
-"""The number of threads of a task, and functions that call compiled code in these threads."""
+"""The number of cores and of threads, and functions that call compiled code in these threads."""
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
@@ -13,6 +14,8 @@ from typing import Final
 
 from numba import config
 
+from baldwinlab.core.resources import cores_of_groups
+
 # Maximum number of threads for work in the current context.
 _THREADS: Final[ContextVar[int]] = ContextVar("threads", default=1)
 # Signals with handlers that raise KeyboardInterrupt. Windows has no SIGALRM.
@@ -22,7 +25,20 @@ _INTERRUPTIONS: Final = tuple(
 
 
 def available_cores() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of cores that this process may use, at least 1.
+
+    The smallest limit applies: the affinity of the process or the variable PYTHON_CPU_COUNT, and
+    the quotas of its control groups, such as that of a container. A quota of 1.5 cores counts as 2.
+    """
+    return max(1, math.ceil(min([_count_process_cores(), *cores_of_groups()])))
+
+
+def _count_process_cores() -> int:
+    """Return the result of `os.process_cpu_count`, which Python has since version 3.13."""
+    if hasattr(os, "process_cpu_count"):
+        return os.process_cpu_count() or 1
+    if (count := os.environ.get("PYTHON_CPU_COUNT", "")).isdecimal():
+        return int(count)
     if hasattr(os, "sched_getaffinity"):
         this_process = 0
         return len(os.sched_getaffinity(this_process))

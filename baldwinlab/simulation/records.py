@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Hashable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import numba
@@ -92,7 +93,7 @@ def encode_history(history: RecordedRun) -> bytearray:
     coordinates = {name: array for name, array in batch.coordinates.items() if name != RUN_DIM}
     stored = LabeledArray(("kept_generation",), kept_generations)
     ordered = order_record(data, insert_kept_generation(coordinates, stored))
-    attributes = provenance_attributes(_shorten(history), history.seed, history.run)
+    attributes = provenance_attributes(_shorten_experiment(history), history.seed, history.run)
     if history.is_stopped:
         attributes[STOP_ATTRIBUTE] = name_stop(history)
     return encode_arrays(ordered, attributes)
@@ -104,9 +105,9 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     The histories must have equal `BatchKeys.key`, and at least one generation each.
     """
     longest = max(histories, key=lambda history: history.n_generations)
-    experiment = _shorten(longest)
+    experiment = _shorten_experiment(longest)
     declared = variables.record_variables(experiment)
-    attributes = _shared_attributes(experiment, longest.seed)
+    attributes = {**_shared_attributes(experiment, longest.seed)}
 
     data: dict[str, LabeledArray] = {}
 
@@ -208,9 +209,15 @@ def name_stop(history: RecordedRun) -> str:
     return str(history.experiment.at(history.n_generations - 1).evolution.stop)
 
 
-def _shorten(history: RecordedRun) -> BaseExperiment:
+def _shorten_experiment(history: RecordedRun) -> BaseExperiment:
     """Return the experiment with the number of generations of the history."""
-    return history.experiment.replace(evolution={"generations": history.n_generations})
+    return _shorten(history.experiment, history.n_generations)
+
+
+# All runs of a condition have the same experiment. Copying or formatting it takes a millisecond.
+@lru_cache(maxsize=64)
+def _shorten(experiment: BaseExperiment, n_generations: int) -> BaseExperiment:
+    return experiment.replace(evolution={"generations": n_generations})
 
 
 class _Layout(NamedTuple):
@@ -252,11 +259,12 @@ class BatchKeys:
 
 
 def _make_layout(history: RecordedRun) -> _Layout:
-    experiment = _shorten(history)
+    experiment = _shorten_experiment(history)
     text = replace_generations(to_toml(experiment), 0)
     return _Layout(text, tuple(variables.record_variables(experiment).items()))
 
 
+@lru_cache(maxsize=64)
 def _shared_attributes(experiment: BaseExperiment, seed: int) -> dict[str, Any]:
     """Return the attributes of a batch: those that are required to reproduce its runs."""
     names = [species.name for species in experiment.population.species]

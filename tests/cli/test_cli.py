@@ -19,6 +19,7 @@ import xarray as xr
 from PIL import Image
 
 import baldwinlab as bl
+from baldwinlab.core import console
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import PRESET_KINDS, load, names
 from baldwinlab.simulation import memory
@@ -140,8 +141,11 @@ def test_a_custom_part_is_loaded_from_a_file(command: Command) -> None:
 def test_reproduce_writes_claims_statistics_figures_and_a_report(
     command: Command, tmp_path: Path
 ) -> None:
-    result = command("reproduce", *SHORT_PAPER, "--out", "small")
+    console.info_once.cache_clear()
+    result = command("reproduce", *SHORT_PAPER, "--workers", "2", "--out", "small")
     assert result.code == 0, result.err
+    # The line is not repeated for the assays.
+    assert result.out.count("Workers: 2; usable cores: ") == 1
     for number in range(1, 10):
         assert f"C{number}" in result.out
     # The report is written before the assays and again after them.
@@ -241,6 +245,18 @@ def test_replay_uses_the_condition_of_a_study_with_a_single_one(
     line = "replay one --run 0 --generation 1 --out life.nc"
     assert command(*line.split()).code == 0
     assert (tmp_path / "life.nc").exists()
+
+
+def test_runs_and_assays_print_the_number_of_workers_once(command: Command) -> None:
+    console.info_once.cache_clear()
+    settings = ("--set", "evolution.generations=2", "lifetime.steps=40")
+    arguments = ("evo+self-taught/A", "--runs", "2", "--out", "study", "--workers", "2")
+    result = command("run", *arguments, *settings)
+    assert result.out.count("Workers: 2; usable cores: ") == 1, result.err
+    assert "Workers: " not in command("assay", "study", "--assays", "innate", "--workers", "2").out
+    console.info_once.cache_clear()
+    result = command("assay", "study", "--assays", "descent", "--workers", "1")
+    assert result.out.count("Workers: 1; usable cores: ") == 1, result.err
 
 
 def test_assay_runs_each_assay_once_and_updates_the_report(

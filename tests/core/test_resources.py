@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import (
     Need,
     available_memory,
+    cores_of_groups,
     format_bytes,
     free_disk,
     free_memory_of_groups,
@@ -111,10 +113,44 @@ def test_a_control_group_provides_its_limit_minus_its_usage_without_file_caches(
     assert available_in_cgroups(tmp_path, membership) == [4000]
 
 
-def test_a_missing_limit_or_missing_control_groups_give_no_value(tmp_path: Path) -> None:
-    write_cgroup(tmp_path / "groups", CGROUP_V2 | {"memory.max": "max\n"})
-    assert available_in_cgroups(tmp_path, "0::/\n") == []
-    assert list(free_memory_of_groups(tmp_path / "groups", tmp_path / "nothing")) == []
+@pytest.mark.parametrize(
+    ("files", "membership", "cores"),
+    [
+        # Version 2: a job of at most 4 cores with a step of at most 1.5 cores.
+        (
+            {"job": {"cpu.max": "400000 100000\n"}, "job/step": {"cpu.max": "150000 100000\n"}},
+            "0::/job/step\n",
+            [1.5, 4],
+        ),
+        # Version 1, where another controller has another group.
+        (
+            {"cpu/box": {"cpu.cfs_quota_us": "50000\n", "cpu.cfs_period_us": "25000\n"}},
+            "4:memory:/other\n3:cpu,cpuacct:/box\n0::/\n",
+            [2],
+        ),
+        # A container can read only its own group.
+        ({"": {"cpu.max": "300000 100000\n"}}, "0::/seen/from/outside\n", [3]),
+    ],
+)
+def test_a_control_group_provides_its_quota_as_a_number_of_cores(
+    tmp_path: Path, files: dict[str, dict[str, str]], membership: str, cores: list[float]
+) -> None:
+    for folder, contents in files.items():
+        write_cgroup(tmp_path / "groups" / folder, contents)
+    (tmp_path / "membership").write_text(membership)
+    assert list(cores_of_groups(tmp_path / "groups", tmp_path / "membership")) == cores
+
+
+@pytest.mark.parametrize("list_limits", [free_memory_of_groups, cores_of_groups])
+def test_a_missing_limit_or_missing_control_groups_give_no_value(
+    tmp_path: Path, list_limits: Callable[[Path, Path], Iterator[float]]
+) -> None:
+    groups = tmp_path / "groups"
+    write_cgroup(groups, CGROUP_V2 | {"memory.max": "max\n", "cpu.max": "max 100000\n"})
+    write_cgroup(groups / "cpu", {"cpu.cfs_quota_us": "-1\n", "cpu.cfs_period_us": "100000\n"})
+    (tmp_path / "membership").write_text("1:cpu:/\n0::/\n")
+    assert list(list_limits(groups, tmp_path / "membership")) == []
+    assert list(list_limits(groups, tmp_path / "nothing")) == []
 
 
 @pytest.mark.parametrize(

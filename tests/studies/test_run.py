@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -18,11 +19,12 @@ from baldwinlab.engine.threads import count_threads
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies import executors
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import THREADS
+from baldwinlab.studies.executors import THREADS, Executor, describe_workers
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import find_missing_runs
+from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.run_task import RunTask
 from tests.small_studies import (
     ignore_message,
@@ -60,6 +62,47 @@ def test_tasks_use_idle_threads(tasks: int, workers: int, threads: int, tmp_path
     )
     assert list(steps) == []
     assert results == [threads] * tasks
+
+
+@pytest.mark.parametrize("workers", [2, 3, 64])
+def test_an_executor_starts_at_most_one_thread_per_task(workers: int, tmp_path: Path) -> None:
+    n_tasks = 3
+    before = set(threading.enumerate())
+    started = set[threading.Thread]()
+
+    def run(*arguments: Any) -> None:
+        started.update(set(threading.enumerate()) - before)
+
+    study: Any = SimpleNamespace(seed=0, directory=tmp_path)
+    tasks = [cast(Any, SimpleNamespace(run=run)) for _ in range(n_tasks)]
+    assert list(THREADS.run(study, tasks, workers, CPU)) == []
+    assert 1 <= len(started) <= min(workers, n_tasks)
+
+
+@pytest.mark.parametrize(("runs", "workers"), [(2, 16), (10, 4), (60, 2)])
+def test_a_study_has_a_task_for_each_worker_or_for_each_run(
+    runs: int, workers: int, tmp_path: Path
+) -> None:
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
+    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, workers)
+    assert len(tasks) >= min(workers, runs)
+    assert sorted(run for task in tasks for run in task.runs) == list(range(runs))
+
+
+@pytest.mark.parametrize(
+    ("executor", "workers", "tasks", "sentence"),
+    [
+        (THREADS, 2, 180, "Workers: 2; usable cores: 16."),
+        (THREADS, 16, 10, "Workers: 10; usable cores: 16."),
+        (THREADS, 16, 3, "Workers: 3, each with up to 5 threads; usable cores: 16."),
+        (THREADS._replace(name="dask"), 40, 180, "Workers: 40 (dask)."),
+    ],
+)
+def test_a_sentence_states_the_number_of_workers(
+    executor: Executor, workers: int, tasks: int, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(executors, "available_cores", lambda: 16)
+    assert describe_workers(executor, workers, tasks) == sentence
 
 
 @pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1000, [2, 1]), (500, [3])])

@@ -43,6 +43,7 @@ from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
+from baldwinlab.studies.executors import describe_workers
 from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import Sweep, read_sweep
@@ -293,6 +294,7 @@ def _run_cells(
     planned: PlannedMap, study: StudyStore, tasks: Sequence[CellTask], options: AssayOptions
 ) -> None:
     executor = options.make_executor()
+    console.info_once(describe_workers(executor, executor.workers, len(tasks)))
     compile_experiments(
         (experiment for task in tasks for experiment in task.experiments), log=console.info
     )

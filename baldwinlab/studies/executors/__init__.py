@@ -139,6 +139,19 @@ def run_on_threads(
 THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)
 
 
+def describe_workers(executor: Executor, workers: int, tasks: int) -> str:
+    """Return a sentence with the number of workers that execute at least `tasks` tasks.
+
+    For example: "Workers: 3, each with up to 5 threads; usable cores: 16."
+    """
+    count = f"Workers: {min(workers, tasks)}"
+    if executor.name != THREADS.name:
+        return f"{count} ({executor.name})."
+    threads = count_threads_per_task(workers, tasks)
+    threads_text = f", each with up to {threads} threads" if threads > 1 else ""
+    return f"{count}{threads_text}; usable cores: {available_cores()}."
+
+
 def choose_executor(name: str, workers: int | None = None) -> Executor:
     """Return an executor by its name.
 
