@@ -25,6 +25,7 @@ from baldwinlab.experiment.conditions import CONDITIONS, Factors, StudyKind
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import (
     Backend,
+    Workload,
     choose_backend,
     require_species_batch,
 )
@@ -176,10 +177,17 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     if name == "auto" and not can_use_gpu:
         name = "cpu"
     if not is_miniworld:
-        return choose_backend(name, request.total_runs)
-    n_agents = max(experiment.agents_per_world for experiment in request.experiments)
-    n_worlds = request.total_runs * min(map(count_worlds, request.experiments))
-    backend = choose_backend(name, n_worlds, n_agents)
+        return choose_backend(name)
+    workload = Workload(
+        worlds=request.total_runs * min(map(count_worlds, request.experiments)),
+        agents=max(experiment.agents_per_world for experiment in request.experiments),
+        steps=min(
+            experiment.evolution.generations * experiment.lifetime.steps
+            for experiment in request.experiments
+        ),
+        cores=executor.workers,
+    )
+    backend = choose_backend(name, workload)
     if has_species:
         require_species_batch(backend)
     return backend

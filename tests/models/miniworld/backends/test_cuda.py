@@ -23,7 +23,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
-from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
+from baldwinlab.models.miniworld.backends.choice import Batch, Workload, choose_backend
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
 from tests.engine.gpu_code import compile_kernel
@@ -280,20 +280,13 @@ def test_an_unavailable_backend_is_refused_in_a_sentence(monkeypatch: pytest.Mon
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
     assert cuda.unavailable_reason() == "backend cuda needs an NVIDIA GPU, and none was found"
-    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cpu"
+    assert choose_backend("auto", Workload(10**4, agents=20, steps=10**6)).name == "cpu"
 
 
-def test_the_backend_depends_on_the_number_of_worlds_and_agents(
+def test_a_world_of_more_agents_than_a_thread_block_has_threads_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
-    assert choose_backend("cpu", 10**6).name == "cpu"
-    assert choose_backend("auto", 1).name == "cpu"
-    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cuda"
-    assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.MAX_AGENTS + 1).name == "cpu"
-    assert choose_backend("cuda").batch is cuda.CudaBatch
-    with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
-        choose_backend("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
         cuda.CudaBatch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
 
