@@ -12,10 +12,11 @@ import numpy.typing as npt
 from numba import config, cuda
 
 from baldwinlab.core.extras import missing_extra_error
-from baldwinlab.engine.gpu import COMPILATION_LOCK, without_contraction
+from baldwinlab.engine.gpu import compile_kernel
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state
 from baldwinlab.models.miniworld.backends.cuda_kernels import (
+    AGENT_HOOKS,
     make_birth_kernel,
     make_kernel_source,
     make_simulation_kernel,
@@ -106,7 +107,6 @@ class CudaBatch:
         self._shape = self._layout.shape
         self._stream = cuda.stream()
         threads_in_block = worlds_in_block * agents
-        self._launch = (n_blocks, threads_in_block, self._stream)
         self._model = _on_device(self.model, self._stream)
         self._state = _on_device(self._host, self._stream)
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
@@ -118,11 +118,13 @@ class CudaBatch:
         # Kernels are compiled for blocks of at most 512 or at most 1024 threads.
         small_block = MAX_AGENTS // 2
         max_threads = MAX_AGENTS if threads_in_block > small_block else small_block
-        with COMPILATION_LOCK:
-            self._begin = make_birth_kernel(max_threads)
-            self._simulate = make_simulation_kernel(
-                max_threads, source, type(self._host.network).part
-            )
+        birth = make_birth_kernel(max_threads)
+        simulation = make_simulation_kernel(max_threads, source, type(self._host.network).part)
+        hooks = (*list_hooks(self._host), *AGENT_HOOKS)
+        launch = (n_blocks, threads_in_block, self._stream)
+        self._arguments = (self._model, self._state, self._claims)
+        self._begin = compile_kernel(birth, hooks, launch, self._arguments)
+        self._simulate = compile_kernel(simulation, hooks, launch, (*self._arguments, 0, 0))
 
     @property
     def state(self) -> State:
@@ -138,18 +140,14 @@ class CudaBatch:
         self._genomes[: len(self._layout.keys)] = self._layout.distribute(genomes)
         self._state.genome.copy_to_device(self._genomes, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
-        with without_contraction():
-            self._begin[self._launch](self._model, self._state, self._claims)
+        self._begin(*self._arguments)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1.
 
         The call can return before the GPU has finished the steps.
         """
-        with without_contraction():
-            self._simulate[self._launch](
-                self._model, self._state, self._claims, first_step, last_step
-            )
+        self._simulate(*self._arguments, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""

@@ -21,12 +21,13 @@ from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
-from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
+from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import Batch, Workload, choose_backend
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
-from tests.engine.gpu_code import compile_kernel
+from tests.engine.gpu_code import compile_kernel, count_compilations, use_device
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
@@ -252,6 +253,32 @@ def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, case: s
         # Bytes of local memory per thread.
         assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 1024
         assert not re.search(r"^\s+call", code, re.MULTILINE)
+
+
+def load_kernels() -> None:
+    """Load the kernels of an experiment from the cache. Print the number of compilations."""
+    from baldwinlab.engine import gpu
+
+    with pytest.MonkeyPatch.context() as patch:
+        use_device(patch, (9, 0))
+        compilations = count_compilations(patch)
+        model, state = make_model(make_experiment(), 2), make_state(make_experiment(), 2)
+        source = cuda_kernels.make_kernel_source(model, state, False)
+        part = type(state.network).part
+        birth = cuda_kernels.make_birth_kernel(512)
+        simulation = cuda_kernels.make_simulation_kernel(512, source, part)
+        arguments = (model, state, np.zeros((2, 1), np.int32))
+        gpu.compile_kernel(birth, list_hooks(state), (1, 1, 0), arguments)
+        gpu.compile_kernel(simulation, list_hooks(state), (1, 1, 0), (*arguments, 0, 0))
+        print(len(compilations))
+
+
+@pytest.mark.nightly
+def test_the_next_process_loads_the_kernels_of_an_experiment(h200: None, tmp_path: Path) -> None:
+    command = "from tests.models.miniworld.backends import test_cuda; test_cuda.load_kernels()"
+    environment = {"BALDWINLAB_CACHE": str(tmp_path / "cache")}
+    outputs = [run_python(command, environment=environment).stdout for _ in range(2)]
+    assert outputs == ["2\n", "0\n"]
 
 
 def test_a_block_has_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
