@@ -156,10 +156,9 @@ def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
     executor = options.make_executor()
     backend = _choose_backend(options.backend, executor, request)
     parallel_tasks = executor.workers
-    if backend.name == "cuda":
-        # While the GPU simulates one task, the CPU creates the next generation of another task.
-        min_tasks = 2
-        parallel_tasks = max(parallel_tasks, len(request.experiments), min_tasks)
+    if backend.tasks:
+        # While the GPU simulates some tasks, the CPU creates the next generations of the others.
+        parallel_tasks = max(parallel_tasks, len(request.experiments), backend.tasks)
     for experiment in request.experiments:
         require_founders(experiment, request.first_run + request.runs)
     return ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))

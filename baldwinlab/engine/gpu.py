@@ -19,6 +19,7 @@ from typing import Any, Final, cast
 import numpy as np
 from numba import config, cuda
 
+from baldwinlab.core.errors import InterruptedStudyError
 from baldwinlab.engine import cache, require_tested_version
 from baldwinlab.engine.jit import GENERIC, Function
 from baldwinlab.engine.simd import ONE_LANE_FUNCTIONS
@@ -101,7 +102,7 @@ def compile_kernel(
     if SIMULATED:
         return lambda *arguments: _simulate_kernel(kernel, launch, arguments)
     directory = cache.cache_directory((kernel, *hooks))
-    store = directory and cache.FileCodeStore(directory)
+    store = cache.FileCodeStore(directory) if directory else None
     with without_contraction(), cache.lock_directory(directory):
         return numba_cuda.compile_kernel(kernel, store, launch, arguments)
 
@@ -110,6 +111,20 @@ def _simulate_kernel(kernel: Any, launch: tuple[Any, ...], arguments: tuple[Any,
     """Execute a kernel in the simulator, which has one launch configuration for all threads."""
     with _LOCK:
         kernel[launch](*arguments)
+
+
+@contextmanager
+def explain_failure() -> Iterator[None]:
+    """Raise an error of the GPU within the block as an error with a sentence for the user."""
+    try:
+        yield
+    # A driver can raise any exception. The simulator raises the errors of parts.
+    except Exception as error:
+        if SIMULATED:
+            raise
+        raise InterruptedStudyError(
+            f"the GPU failed: {error}. Repeat the command, or use the backend cpu"
+        ) from error
 
 
 @contextmanager

@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 import baldwinlab
-from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.errors import InterruptedStudyError, RefusedError
 from baldwinlab.engine import cache, require_tested_version
-from baldwinlab.engine.gpu import kernel
+from baldwinlab.engine.gpu import explain_failure, kernel
 from baldwinlab.models.miniworld.allocation import list_hooks, make_state
 from tests.engine.gpu_code import (
     compile_kernel,
@@ -79,7 +79,7 @@ def load_machine_code(
 
     def load(threads: int = 32) -> tuple[bytes, bool]:
         n_before = len(compilations)
-        dispatcher = kernel(threads)(multiply_and_add)
+        dispatcher: Any = kernel(threads)(multiply_and_add)
         dispatcher.typeof_pyval = lambda value: types.float32[::1]
         launch = (1, 1, 0)
         with without_contraction():
@@ -171,3 +171,12 @@ def test_a_numpy_that_the_gpu_compiler_cannot_use_is_refused_in_a_sentence() -> 
     require_tested_version("numpy", "2.4.6")
     with pytest.raises(RefusedError, match=r"numpy 2\.5\.5 .* the GPU backend of baldwinlab"):
         require_tested_version("numpy", "2.5.5")
+
+
+def test_a_gpu_that_disappears_is_reported_in_two_sentences() -> None:
+    message = (
+        r"^the GPU failed: Call to cuStreamSynchronize results in CUDA_ERROR_DEVICE_UNAVAILABLE\. "
+        r"Repeat the command, or use the backend cpu$"
+    )
+    with pytest.raises(InterruptedStudyError, match=message), explain_failure():
+        raise OSError("Call to cuStreamSynchronize results in CUDA_ERROR_DEVICE_UNAVAILABLE")

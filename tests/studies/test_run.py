@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from threading import Barrier
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,14 +16,20 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.files import parse_location
 from baldwinlab.engine.threads import count_threads
-from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.choice import (
+    CPU,
+    GPU_TASKS,
+    GPU_WORLDS,
+    Backend,
+)
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import find_missing_runs
+from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.run_task import RunTask
 from tests.small_studies import (
     ignore_message,
@@ -60,6 +67,38 @@ def test_tasks_use_idle_threads(tasks: int, workers: int, threads: int, tmp_path
     )
     assert list(steps) == []
     assert results == [threads] * tasks
+
+
+def test_while_a_task_waits_for_the_gpu_the_other_tasks_continue(tmp_path: Path) -> None:
+    barrier = Barrier(GPU_TASKS)
+
+    class WaitingBatch(CpuBatch):
+        """A batch whose lifetimes end only when all tasks have begun this generation."""
+
+        def eaten_in_life(self) -> Any:
+            eaten = super().eaten_in_life()
+            # The compilation before the study simulates a single run.
+            if len(eaten) > 1:
+                barrier.wait(timeout=300)
+            return eaten
+
+    experiment = shorten_preset("evo/A")
+    n_runs = 2 * GPU_TASKS
+    gpu = Backend("cuda", WaitingBatch, worlds=1000, tasks=GPU_TASKS)
+    waiting = make_small_study(
+        tmp_path / "waiting", [experiment], n_runs, workers=GPU_TASKS, backend=gpu
+    )
+    expected = make_small_study(tmp_path / "expected", [experiment], n_runs)
+    assert read_records(waiting.directory) == read_records(expected.directory)
+
+
+@pytest.mark.parametrize(("runs", "sizes"), [(2_640, [660] * 4), (100_000, [16_384] * 6 + [1_696])])
+def test_the_runs_of_a_condition_fill_the_tasks_of_a_gpu_but_not_all_workers(
+    runs: int, sizes: list[int], tmp_path: Path
+) -> None:
+    study = make_small_study(tmp_path, [load("evo/A")], runs=0)
+    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, GPU_TASKS, GPU_WORLDS)
+    assert [len(task.runs) for task in tasks] == sizes
 
 
 @pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1999, [3])])

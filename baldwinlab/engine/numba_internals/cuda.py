@@ -18,11 +18,7 @@ from numba.cuda.extending import intrinsic
 from numba.cuda.extending import overload as overload
 from numba.cuda.serialize import dumps
 
-from baldwinlab.engine.numba_internals.dispatchers import (
-    CodeStore,
-    find_argument_types,
-    set_code_store,
-)
+from baldwinlab.engine.numba_internals.dispatchers import CodeStore, find_argument_types
 
 config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs has few threads
 
@@ -91,7 +87,7 @@ def compile_kernel(
     launches the kernel, which returns before the kernel ends.
     """
     if store:
-        set_code_store(kernel, KernelStore(store, kernel.targetoptions))
+        kernel._cache = KernelStore(store, kernel.targetoptions)
     compiled = kernel.compile(find_argument_types(kernel, arguments))
     configuration = kernel.configure(*launch)
     place = (configuration.griddim, configuration.blockdim, configuration.stream)

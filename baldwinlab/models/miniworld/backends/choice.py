@@ -33,8 +33,13 @@ GPU_RATES: Final = {
 # kernel also compiles it, which is not counted because it happens once per user.
 GPU_START_SECONDS: Final = 3.0
 
-# Best number of worlds in a batch on the GPU.
+# Best number of worlds in a batch on the GPU, and maximum number of agents. Larger batches are
+# hardly faster, and these need half a gigabyte of memory.
 GPU_WORLDS: Final = 16384
+GPU_AGENTS: Final = 20 * GPU_WORLDS
+# Number of tasks into which the runs of a condition are divided, each with a stream. While the GPU
+# simulates some of them, threads create the next generation of the others or store runs.
+GPU_TASKS: Final = 4
 
 
 class SimulatedAgents(Protocol):
@@ -77,6 +82,8 @@ class Backend(NamedTuple):
     worlds: int
     # None if the backend cannot simulate species.
     species_batch: SpeciesBatchClass | None = None
+    # Number of tasks that keep the backend busy. None if every worker needs a task.
+    tasks: int | None = None
 
 
 # With 20 agents per world, the weights of 4 worlds (80 lanes) fit the first-level cache.
@@ -119,7 +126,8 @@ def choose_backend(name: str = "auto", workload: Workload = ONE_WORLD) -> Backen
     too_large = name == "auto" and workload.agents > cuda.MAX_AGENTS
     if reason or too_large:
         return CPU
-    return Backend(name="cuda", batch=cuda.CudaBatch, worlds=GPU_WORLDS)
+    n_worlds = min(GPU_WORLDS, max(1, GPU_AGENTS // workload.agents))
+    return Backend(name="cuda", batch=cuda.CudaBatch, worlds=n_worlds, tasks=GPU_TASKS)
 
 
 def require_species_batch(backend: Backend) -> SpeciesBatchClass:

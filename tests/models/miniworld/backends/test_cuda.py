@@ -17,11 +17,19 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
+from baldwinlab.core.resources import format_bytes
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
-from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state, named_arrays
+from baldwinlab.models.miniworld.allocation import (
+    list_hooks,
+    make_model,
+    make_state,
+    named_arrays,
+    state_bytes,
+)
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import Batch, Workload, choose_backend
 from baldwinlab.parts import load_file
@@ -316,6 +324,20 @@ def test_a_world_of_more_agents_than_a_thread_block_has_threads_is_refused(
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
         cuda.CudaBatch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
+
+
+def test_a_batch_that_exceeds_the_memory_of_the_gpu_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    experiment = make_experiment()
+    n_bytes = state_bytes(experiment, 1000)
+    memory = SimpleNamespace(free=n_bytes)
+    context = SimpleNamespace(get_memory_info=lambda: memory)
+    monkeypatch.setattr("numba.cuda.current_context", lambda: context)
+    cuda._require_memory(experiment, 1000)
+    message = f"the GPU has {format_bytes(n_bytes)} of free memory, but a batch of 2,000 worlds"
+    with pytest.raises(RefusedError, match=message):
+        cuda._require_memory(experiment, 2000)
 
 
 @pytest.mark.parametrize(
