@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -31,6 +32,10 @@ PACKAGE = Path(baldwinlab.__file__).parent
 
 def multiply_and_add(numbers: Any) -> None:
     numbers[0] = numbers[1] * numbers[2] + numbers[3]
+
+
+def ignore(number: int) -> None:
+    """A kernel that does nothing."""
 
 
 def test_a_kernel_has_no_fused_multiply_add_before_and_after_linking(h200: None) -> None:
@@ -99,6 +104,33 @@ def test_a_kernel_is_compiled_once_and_its_machine_code_is_stored(
     assert load_machine_code() == (code, False)
     (file,) = tmp_path.glob(f"*{cache.CODE_SUFFIX}")
     assert len(code) < file.stat().st_size < len(code) + 4096
+
+
+def test_a_loaded_kernel_is_launched_with_the_given_arguments(
+    h200: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from baldwinlab.engine.gpu import compile_kernel as load_kernel
+
+    launches = []
+    monkeypatch.setattr(
+        "numba.cuda.dispatcher.launch",
+        lambda stream, place, function, *arguments: launches.append((place, function, arguments)),
+    )
+    monkeypatch.setattr(
+        "numba.cuda.codegen.CUDACodeLibrary.get_cufunc",
+        lambda library: SimpleNamespace(kernel=library._entry_name),
+    )
+    monkeypatch.setattr(cache, "cache_directory", lambda functions: tmp_path)
+    compilations = count_compilations(monkeypatch)
+    for argument in (3, 4):
+        launch = load_kernel(kernel(32)(ignore), (), (2, 5, 0), (0,))
+        launch(argument)
+    (first_place, first_function, first), (place, function, second) = launches
+    assert len(compilations) == 1
+    assert function == first_function
+    assert [first[0].value, second[0].value] == [3, 4]
+    assert place.grid == first_place.grid == (2, 1, 1)
+    assert place.block == first_place.block == (5, 1, 1)
 
 
 def test_other_options_and_devices_and_versions_have_other_machine_code(

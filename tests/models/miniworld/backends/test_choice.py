@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise, product
+from pathlib import Path
 
 import pytest
 
+import baldwinlab
 from baldwinlab.models.miniworld.backends import cuda
 from baldwinlab.models.miniworld.backends.choice import (
     CPU,
@@ -17,6 +20,7 @@ from baldwinlab.models.miniworld.backends.choice import (
     is_gpu_faster,
 )
 
+ROOT = Path(baldwinlab.__file__).parents[1]
 STEPS = 5000
 WORLDS = [1, 30, 180, 500, 541, 2_640, 21_120, 10**6]
 CORES = [1, 2, 4, 16, 64, 72, 73, 256]
@@ -58,6 +62,19 @@ def test_more_cores_never_select_the_gpu_instead_of_the_cpu() -> None:
         choices = [is_gpu_faster(Workload(worlds, 20, 100 * STEPS, cores)) for cores in CORES]
         assert choices == sorted(choices, reverse=True)
     assert len({is_gpu_faster(Workload(2_640, 20, 100 * STEPS, cores)) for cores in CORES}) == 2
+
+
+def test_the_documentation_shows_the_smallest_numbers_of_worlds_for_the_gpu() -> None:
+    text = (ROOT / "docs/development/benchmarks.md").read_text("utf-8")
+    _, _, table = text.partition("| cores | 10 generations | 100 | 1,000 |\n")
+    rows = re.findall(r"^\| (\d+) \| ([\d,]+) \| ([\d,]+) \| ([\d,]+) \|$", table, re.MULTILINE)
+    assert len(rows) == 7
+    for row in rows:
+        cores, *smallest = (int(number.replace(",", "")) for number in row)
+        for worlds, generations in zip(smallest, (10, 100, 1000), strict=True):
+            workload = Workload(worlds, 20, generations * STEPS, cores)
+            assert is_gpu_faster(workload)
+            assert not is_gpu_faster(workload._replace(worlds=worlds - 1))
 
 
 def test_the_rates_of_the_gpu_increase_with_the_number_of_agents() -> None:
