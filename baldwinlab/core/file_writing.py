@@ -104,7 +104,7 @@ def _name_exclusively(partial_path: Path, path: Path) -> None:
             file.write(partial_path.read_bytes())
 
 
-def write_atomically(path: Path, content: bytes) -> Path:
+def write_atomically(path: Path, content: bytes | bytearray) -> Path:
     """Write a file completely or not at all. Raise as `atomic_path` does."""
     if is_local(path):
         with atomic_path(path) as partial_path, partial_path.open("wb") as file:

@@ -63,10 +63,12 @@ def to_bytes(data: xr.Dataset) -> bytes:
     store = xr.backends.ScipyDataStore(stream, mode="w")
     data.assign_attrs(checksum=_BLANK_CHECKSUM).dump_to_store(store)
     store.sync()
-    return _insert_checksum(stream.getvalue())
+    return bytes(_insert_checksum(bytearray(stream.getvalue())))
 
 
-def encode_arrays(variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]) -> bytes:
+def encode_arrays(
+    variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]
+) -> bytearray:
     """Return arrays as netCDF with a checksum.
 
     The checksum is the SHA-256 of the bytes with zeros in place of the checksum.
@@ -74,8 +76,11 @@ def encode_arrays(variables: Mapping[str, LabeledArray], attributes: Mapping[str
     return _insert_checksum(encode_netcdf(variables, {**attributes, "checksum": _BLANK_CHECKSUM}))
 
 
-def _insert_checksum(raw: bytes) -> bytes:
-    return raw.replace(_BLANK_CHECKSUM.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
+def _insert_checksum(raw: bytearray) -> bytearray:
+    """Replace the blank checksum in `raw`, and return `raw`."""
+    start = raw.index(_BLANK_CHECKSUM.encode())
+    raw[start : start + len(_BLANK_CHECKSUM)] = hashlib.sha256(raw).hexdigest().encode()
+    return raw
 
 
 def verify_checksum(raw: bytes) -> None:
@@ -157,7 +162,9 @@ def _require_no_rows(raw: bytes) -> None:
         )
 
 
-def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]) -> bytes:
+def encode_netcdf(
+    variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]
+) -> bytearray:
     """Return a netCDF file of arrays.
 
     Raises `ValueError` if an integer does not fit into 32 bits.
@@ -172,16 +179,25 @@ def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str
     dimensions = [_pack_text(name) + _pack_int(size) for name, size in sizes.items()]
     head = _MAGIC + _pack_int(0) + _pack_list(_DIMENSIONS, dimensions)
     head += _pack_attributes(attributes)
-    chunks = [_pack_data(encoded[name].values) for name in names]
     headers = [_pack_header(name, encoded[name], dim_ids) for name in names]
     offset_bytes = 8
     # The list of the headers begins with 8 bytes, and an offset follows each header.
-    start = len(head) + 8 + sum(len(header) + offset_bytes for header in headers)
-    entries = []
-    for header, chunk in zip(headers, chunks, strict=True):
-        entries.append(header + start.to_bytes(offset_bytes, "big"))
-        start += len(chunk)
-    return b"".join([head, _pack_list(_VARIABLES, entries), *chunks])
+    end = len(head) + 8 + sum(len(header) + offset_bytes for header in headers)
+    starts = []
+    for name in names:
+        starts.append(end)
+        end += _count_bytes(encoded[name].values)
+    entries = [
+        header + start.to_bytes(offset_bytes, "big")
+        for header, start in zip(headers, starts, strict=True)
+    ]
+    head += _pack_list(_VARIABLES, entries)
+    # One array for the complete file avoids copies of large variables.
+    raw = bytearray(end if entries else len(head))
+    raw[: len(head)] = head
+    for name, start in zip(names, starts, strict=True):
+        _pack_data(encoded[name].values, memoryview(raw)[start:])
+    return raw
 
 
 def _encode_variable(variable: LabeledArray) -> LabeledArray:
@@ -217,7 +233,6 @@ def _pack_header(name: str, variable: LabeledArray, dim_ids: Mapping[str, int]) 
     """Return the description of a variable in a file, without the offset of the data."""
     dims = b"".join(_pack_int(dim_ids[dim]) for dim in variable.dims)
     type_number, _ = _TYPES[variable.values.dtype.str[1:]]
-    size = variable.values.nbytes
     return b"".join(
         [
             _pack_text(name),
@@ -225,18 +240,23 @@ def _pack_header(name: str, variable: LabeledArray, dim_ids: Mapping[str, int]) 
             dims,
             _pack_attributes(variable.attributes),
             _pack_int(type_number),
-            _pack_int(size + -size % 4),
+            _pack_int(_count_bytes(variable.values)),
         ]
     )
 
 
-def _pack_data(values: npt.NDArray[Any]) -> bytes:
-    """Return values in the byte order of a file, filled to a multiple of four bytes."""
-    kind = values.dtype.str[1:]
-    raw = values.astype(values.dtype.newbyteorder(">"), copy=False).tobytes()
-    _, fill = _TYPES[kind]
-    missing_bytes = -len(raw) % 4
-    return raw + fill * (missing_bytes // max(1, len(fill)))
+def _count_bytes(values: npt.NDArray[Any]) -> int:
+    """Return the size of a variable in a file, a multiple of four."""
+    return values.nbytes + -values.nbytes % 4
+
+
+def _pack_data(values: npt.NDArray[Any], raw: memoryview) -> None:
+    """Write values in the byte order of a file at the start of `raw`, and fill the last word."""
+    stored = np.frombuffer(raw, values.dtype.newbyteorder(">"), values.size)
+    stored.reshape(values.shape)[...] = values
+    _, fill = _TYPES[values.dtype.str[1:]]
+    n_missing = -values.nbytes % 4
+    raw[values.nbytes : values.nbytes + n_missing] = fill * (n_missing // max(1, len(fill)))
 
 
 def _pack_attributes(attributes: Mapping[str, Any]) -> bytes:

@@ -11,13 +11,14 @@ import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison
+from baldwinlab.engine.elements import for_element
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome, split_runs
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import Fitness as FitnessPart
 from baldwinlab.parts.breeding import RunArrays, evaluate, has_run_arrays, list_part_calls
-from baldwinlab.parts.lifetimes import Lifetimes, for_run, read_lifetimes
+from baldwinlab.parts.lifetimes import Lifetimes, read_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 
 
@@ -100,7 +101,7 @@ def require_fitness_without_archive(experiment: BaseExperiment, purpose: str) ->
         )
 
 
-_evaluate_run = for_run(evaluate)
+_evaluate_run = for_element(evaluate)
 
 
 def evaluate_runs(

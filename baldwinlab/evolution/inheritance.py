@@ -294,6 +294,6 @@ def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) 
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None
     if experiment.learning.teacher == "shuffled":
-        (order,) = _draw_teacher_orders(len(parents), key.as_run_keys())
+        order: Order = _draw_teacher_orders(len(parents), key.as_run_keys())[0]
         return parents[order]
     return parents

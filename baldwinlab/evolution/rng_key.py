@@ -5,7 +5,7 @@ Functions of evolution work on the runs of a batch. Their arrays have the first 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -72,7 +72,7 @@ class RunKeys(NamedTuple):
         return out
 
 
-def make_run_keys(seed: int, runs: Sequence[int], generation: int) -> RunKeys:
+def make_run_keys(seed: int, runs: npt.ArrayLike, generation: int) -> RunKeys:
     """Return the keys of a generation of several runs."""
     return RunKeys(seed, np.array(runs, np.int64), generation)
 

@@ -23,12 +23,13 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.engine.elements import for_element
 from baldwinlab.engine.jit import cached_jit, compiled, jit_entry_point
 from baldwinlab.engine.rng import SELECTION_STREAM, Stream
 from baldwinlab.evolution.rng_key import Fitness, Parents, RunKeys, Uniforms, split_runs
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import ITSELF, PartCall, RunArrays, list_part_calls
-from baldwinlab.parts.lifetimes import Lifetimes, for_run, make_lifetimes
+from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.selection import Generation, mark_survivors
 from baldwinlab.parts.selection import select as select_by_scheme
 
@@ -129,7 +130,7 @@ def _select_with_lifetimes(
     select_parents(scheme, elite, generation)
 
 
-_select_in_run = for_run(_select_with_lifetimes)
+_select_in_run = for_element(_select_with_lifetimes)
 
 
 def select_in_runs(

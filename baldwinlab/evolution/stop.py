@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from baldwinlab.engine.elements import for_element
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.phases import per_run
 from baldwinlab.evolution.rng_key import Fitness, split_runs
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import RunArrays, Stop, list_part_calls, should_stop
-from baldwinlab.parts.lifetimes import Lifetimes, for_run
+from baldwinlab.parts.lifetimes import Lifetimes
 
 
 class NoStop(Stop, name="none"):
@@ -134,7 +135,7 @@ def _stop(
     is_stopped[0] = should_stop(part, lifetimes, fitness, generation)
 
 
-_stop_run = for_run(_stop)
+_stop_run = for_element(_stop)
 
 
 def stop_runs(

@@ -16,6 +16,7 @@ from pydantic import ValidationError, model_validator
 
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.numbers import check_numbers
+from baldwinlab.core.object_cache import cache_per_object
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.added_parts import (
     check_added_parts,
@@ -132,6 +133,9 @@ class BaseExperiment(HashedFields):
     def segments(self) -> list[tuple[range, Self]]:
         """Return each range of generations with equal settings, and the experiment of the range."""
         generations = self.evolution.generations
+        # Simulations call the function in each generation, and most experiments have no schedule.
+        if not self.schedule:
+            return [(range(generations), self)]
         starts = {0, *(change.generation for change in self.schedule)}
         bounds = [*sorted(start for start in starts if start < generations), generations]
         return [(range(start, end), self.at(start)) for start, end in pairwise(bounds)]
@@ -320,11 +324,17 @@ class BaseExperiment(HashedFields):
         ExperimentError
             A part is not loaded.
         """
-        *tables, field = path.split(".")
-        section: Any = reduce(getattr, tables, self)
-        value = getattr(section, field)
-        names = (value,) if isinstance(value, str) else value
-        return tuple(make_part(section, field, name, path) for name in names)
+        return _make_parts(self, path, registry.count_changes())
+
+
+@cache_per_object
+def _make_parts(experiment: BaseExperiment, path: str, n_changes: int) -> tuple[Any, ...]:
+    """Return the parts of a setting. A change of custom parts changes `n_changes`, a cache key."""
+    *tables, field = path.split(".")
+    section: Any = reduce(getattr, tables, experiment)
+    value = getattr(section, field)
+    names = (value,) if isinstance(value, str) else value
+    return tuple(make_part(section, field, name, path) for name in names)
 
 
 def _without_idle_tables(

@@ -9,12 +9,12 @@ numbers with `brood.key`, and a selection can draw further random numbers from `
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.core.object_cache import cache_per_object
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.parts.lifetimes import Lifetimes
@@ -83,13 +83,14 @@ def list_part_calls(
         return [PartCall(*_compile_part(experiment, field), range(n_runs))]
     return [
         PartCall(
-            *breeding_part(experiment, field, run_arrays and run_arrays[run]), range(run, run + 1)
+            *breeding_part(experiment, field, None if run_arrays is None else run_arrays[run]),
+            range(run, run + 1),
         )
         for run in range(n_runs)
     ]
 
 
-@lru_cache(maxsize=64)
+@cache_per_object
 def _compile_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
     part = experiment.part(f"evolution.{field}")
     values = compiled_values(part, experiment, lambda array: None)

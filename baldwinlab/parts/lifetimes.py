@@ -10,8 +10,6 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import register
-from baldwinlab.engine.numba_internals.lowering import named_tuple_class
 from baldwinlab.parts.model_part import LifeResults
 
 RECORDS_PREFIX: Final = "Records("
@@ -128,31 +126,6 @@ def map_arrays(
 def add_run_dimension(lifetimes: Lifetimes) -> Lifetimes:
     """Return the lifetimes of one run as those of a batch."""
     return map_arrays(lifetimes, lambda values: values[None])
-
-
-def for_run(function: Callable[..., None]) -> Callable[..., None]:
-    """Return a function that calls `function` with the lifetimes of one run of a batch.
-
-    Compiled code calls `function(part, lifetimes, *arguments)` as
-    `for_run(function)(part, batch, run, *arguments)`. The arrays of `batch` have the first
-    dimension `run`. A function that returns the lifetimes of a run would have to count references
-    to its arrays, so they are created at the place of the call.
-    """
-
-    def generic(part: Any, batch: Lifetimes, run: int, *arguments: Any) -> None:
-        function(part, map_arrays(batch, lambda values: values[run]), *arguments)
-
-    def choose(part: Any, batch: Any, run: Any, *arguments: Any) -> Any:
-        records = named_tuple_class(batch.types[Lifetimes._fields.index("records")])
-        fields = {name: f"batch.{name}[run]" for name in Lifetimes._fields}
-        # The type of the records depends on the experiment. Without fields it has no arrays.
-        values = ", ".join(f"batch.records.{name}[run]" for name in records._fields)
-        fields["records"] = f"Records({values})" if values else "batch.records"
-        lifetimes = ", ".join(f"{name}={value}" for name, value in fields.items())
-        source = f"lambda part, batch, run, *rest: function(part, Lifetimes({lifetimes}), *rest)"
-        return eval(source, {"function": function, "Lifetimes": Lifetimes, "Records": records})
-
-    return register(generic, choose)
 
 
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ from baldwinlab.evolution.species_breeding import (
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import RunArrays, uses_run_arrays
 from baldwinlab.parts.lifetimes import Lifetimes, map_arrays, read_lifetimes
-from baldwinlab.parts.model_part import LifeResults
+from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 from baldwinlab.simulation.records import make_batch, read_run_arrays
 
 # Index of the parent of an agent without parents.
@@ -112,7 +113,6 @@ class Histories:
             self.generation_counts[:] = self.n_generations
         else:
             self.genomes = make_founders(experiment, make_run_keys(seed, runs, 0))
-        self.histories = [History(self, index) for index in range(n_runs)]
 
     def _restore(self, records: Sequence[xr.Dataset]) -> None:
         """Copy all generations of records but the last, which is simulated again.
@@ -137,7 +137,7 @@ class Histories:
         for index, record in enumerate(records):
             self.parents[index, : last_generation + 1] = record["parents"].values
         saved_generations = first["kept_generation"].values.tolist()
-        genomes = np.stack([record["kept_genome"].values for record in records]).astype(np.float32)
+        genomes = np.stack([record["kept_genome"].values for record in records], dtype=np.float32)
         for position, generation in enumerate(saved_generations):
             self.saved_genomes[generation] = SavedGenomes(self.active, genomes[:, position])
         self.genomes = np.ascontiguousarray(self.saved_genomes.pop(last_generation).genomes)
@@ -159,6 +159,11 @@ class Histories:
             shape = (len(self.runs), self.experiment.evolution.generations, *values.shape[1:])
             self.records[name] = np.zeros(shape, values.dtype)
         return self.records[name]
+
+    @property
+    def histories(self) -> list[History]:
+        """Views of the runs. A stored list would be a reference cycle, which keeps the arrays."""
+        return [History(self, index) for index in range(len(self.runs))]
 
     @property
     def _rows(self) -> Any:
@@ -188,7 +193,8 @@ class Histories:
         if self.species is not None:
             self._allocate("species", self.species)[rows, generation] = self.species
         if self._uses_run_arrays:
-            self.run_arrays_before = [_copy_arrays(arrays) for arrays in self.run_arrays]
+            for index in self.active:
+                self.run_arrays_before[index] = _copy_arrays(self.run_arrays[index])
         lifetimes = read_lifetimes(settings, results, self.genomes, self.species)
         fitness_of_runs = self._compute_fitness(settings, results, lifetimes)
         self.fitness[rows, generation] = fitness_of_runs
@@ -202,7 +208,7 @@ class Histories:
         continues = np.zeros_like(is_stopped) if is_last else ~is_stopped
         if not continues.all():
             self._keep(continues)
-            lifetimes = map_arrays(lifetimes, lambda values: values[continues])
+            lifetimes = map_arrays(lifetimes, itemgetter(continues))
             fitness_of_runs = fitness_of_runs[continues]
             results = _select_population(results, continues)
         if len(self.active) > 0:
@@ -289,7 +295,7 @@ class Histories:
             return fitness(settings, lifetimes, run_arrays)
         values = np.empty_like(lifetimes.energy)
         for rows in self._group_rows():
-            lifetimes_of_group = map_arrays(lifetimes, lambda array, rows=rows: array[rows])
+            lifetimes_of_group = map_arrays(lifetimes, itemgetter(rows))
             values[rows] = compute_species_fitness(
                 settings, lifetimes_of_group, self._select_species_arrays(rows)
             )
@@ -330,7 +336,7 @@ class Histories:
         species = np.empty_like(self.species)
         for rows in self._group_rows():
             arrays = self._select_species_arrays(rows)
-            lifetimes_of_group = map_arrays(lifetimes, lambda array, rows=rows: array[rows])
+            lifetimes_of_group = map_arrays(lifetimes, itemgetter(rows))
             learned = None if results.learned is None else results.learned[rows]
             inherited = inherit_within_species(settings, lifetimes_of_group, learned, arrays)
             offspring = make_offspring(
@@ -375,7 +381,7 @@ def _select_population(results: LifeResults, rows: npt.NDArray[np.bool_]) -> Lif
     """Return results with the learned weights and the final populations of some rows."""
     population = results.final_population
     if population is not None:
-        population = population._make(array[rows] for array in population)
+        population = FinalPopulation(population.genome[rows], population.origin[rows])
     learned = None if results.learned is None else results.learned[rows]
     return results._replace(learned=learned, final_population=population)
 

@@ -30,6 +30,7 @@ from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import ACROSS, combine_inputs
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
+from baldwinlab.models.miniworld.backends.cpu import is_large
 
 # Memory of compiled code and of the compiler.
 ENGINE_BYTES: Final = 200 * 2**20
@@ -61,6 +62,15 @@ MAX_STEPS_PER_FILE: Final = 5_000_000
 MAX_BYTES_PER_FILE: Final = 64 * 2**20
 MAX_RUNS_PER_FILE: Final = 1000
 MIN_RUNS_PER_BATCH: Final = 16
+# Maximum agents and maximum bytes of the records of the runs that evolve together, for each world
+# of the backend. Batches of larger runs have fewer runs, because they would save little time, and
+# would report their progress less often.
+MAX_AGENTS_PER_WORLD: Final = 32
+MAX_RECORD_BYTES_PER_WORLD: Final = 2**20
+# With several tasks per worker, all workers end at about the same time.
+TASKS_PER_WORKER: Final = 4
+# A task has at least this share of the worlds of the backend, because smaller batches are slower.
+MIN_SHARE_OF_WORLDS: Final = 1 / 16
 
 # Pairs of an experiment and a number of runs.
 PlannedRuns = Sequence[tuple[BaseExperiment, int]]
@@ -128,6 +138,35 @@ def runs_per_file(experiment: BaseExperiment) -> int:
     return n_runs if n_runs >= MIN_RUNS_PER_BATCH else 1
 
 
+def count_batch_runs(experiment: BaseExperiment, worlds: int) -> int:
+    """Return the number of runs that evolve together on a backend with `worlds` worlds."""
+    repeats = 1
+    if isinstance(experiment, Experiment):
+        # All threads of a task simulate one large world.
+        if is_large(experiment, count_worlds(experiment)):
+            return 1
+        # Each repeat of a lifetime has its own world.
+        repeats = experiment.lifetime.repeats
+    n_runs = min(
+        worlds // repeats,
+        worlds * MAX_AGENTS_PER_WORLD // (repeats * experiment.population.size),
+        worlds * MAX_RECORD_BYTES_PER_WORLD // record_bytes(experiment),
+    )
+    return max(1, n_runs)
+
+
+def count_task_runs(experiment: BaseExperiment, total_runs: int, workers: int, worlds: int) -> int:
+    """Return the number of runs of an experiment in a task.
+
+    It is the number of runs of a batch, or less if the workers would have less than
+    `TASKS_PER_WORKER` tasks. `total_runs`: the runs of all experiments.
+    """
+    min_runs = int(worlds * MIN_SHARE_OF_WORLDS)
+    balanced_runs = max(min_runs, total_runs // (workers * TASKS_PER_WORKER))
+    n_runs = min(count_batch_runs(experiment, worlds), balanced_runs, total_runs // workers)
+    return max(1, n_runs)
+
+
 def dataset_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of a dataset from `simulate`, which has the genomes of all generations."""
     sizes = dimension_sizes(experiment)
@@ -161,12 +200,18 @@ def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
     return world_bytes + GENOME_COPIES * n_lifetimes * _genome_bytes(experiment)
 
 
-def _batch_bytes(experiment: BaseExperiment, n_worlds: int, n_runs: int) -> int:
-    """Return the memory for the simulation and the storage of `n_worlds` parallel runs."""
-    # The histories of all runs are in memory, and one file at a time is stored.
-    n_stored = min(runs_per_file(experiment), n_runs)
-    n_records = max(n_worlds, n_stored) + STORED_RECORD_COPIES * n_stored
-    return simulation_bytes(experiment, n_worlds) + n_records * record_bytes(experiment)
+def _task_bytes(experiment: BaseExperiment, n_runs: int, worlds: int) -> int:
+    """Return the memory of a task, which simulates `n_runs` runs in batches and stores them."""
+    batch_runs = min(count_batch_runs(experiment, worlds), n_runs)
+    file_runs = min(runs_per_file(experiment), n_runs)
+    # The records of a batch are in memory until all its runs are stored. Up to `file_runs` - 1 runs
+    # of earlier batches wait until a file is full.
+    n_waiting_batches = math.ceil((file_runs - 1) / batch_runs)
+    n_records = min((n_waiting_batches + 1) * batch_runs, n_runs)
+    # A task stores one file at a time. Before, it may have read the stored generations of a batch.
+    n_copies = max(STORED_RECORD_COPIES * file_runs, READ_RECORD_COPIES + batch_runs)
+    record_memory = (n_records + n_copies) * record_bytes(experiment)
+    return simulation_bytes(experiment, batch_runs) + record_memory
 
 
 def estimate_simulation(experiment: BaseExperiment) -> Need:
@@ -186,11 +231,10 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     if not total_runs:
         return NO_NEED
     runs_per_worker = max(1, total_runs // workers)
-    batch_size = min(worlds, runs_per_worker)
     tasks = [
         (
-            _batch_bytes(experiment, min(batch_size, n_runs), min(runs_per_worker, n_runs)),
-            math.ceil(n_runs / batch_size),
+            _task_bytes(experiment, min(runs_per_worker, n_runs), worlds),
+            math.ceil(n_runs / count_task_runs(experiment, total_runs, workers, worlds)),
         )
         for experiment, n_runs in planned
         if n_runs

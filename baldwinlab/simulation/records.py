@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numba
@@ -38,8 +38,12 @@ class RecordedRun(Protocol):
     experiment: BaseExperiment
     seed: int
     run: int
-    n_generations: int
-    is_stopped: bool
+
+    @property
+    def n_generations(self) -> int: ...
+
+    @property
+    def is_stopped(self) -> bool: ...
 
     @property
     def recorded_names(self) -> Sequence[str]: ...
@@ -71,12 +75,12 @@ class RecordBatch(NamedTuple):
         """Return the batch as a dataset, which `select_record` reads."""
         return xr.Dataset(self.data, self.coordinates, self.attributes)
 
-    def encode(self) -> bytes:
+    def encode(self) -> bytearray:
         """Return the bytes of the file of the batch."""
         return encode_arrays(self.data | self.coordinates, self.attributes)
 
 
-def encode_history(history: RecordedRun) -> bytes:
+def encode_history(history: RecordedRun) -> bytearray:
     """Return the bytes of the file of one history. The record has no dimension `run`."""
     batch = make_batch([history])
     data = {
@@ -104,9 +108,6 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     declared = variables.record_variables(experiment)
     attributes = _shared_attributes(experiment, longest.seed)
 
-    def stack(values: Callable[[RecordedRun], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
-        return stack_padded([values(history) for history in histories], fill)
-
     data: dict[str, LabeledArray] = {}
 
     def add(name: str, array: npt.NDArray[Any]) -> None:
@@ -116,14 +117,15 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
 
     for name in longest.recorded_names:
         add(name, stack_padded([history.recorded_values(name) for history in histories], fill=0))
-    add("energy", stack(lambda history: history.energy))
-    add("parents", stack(lambda history: history.parents))
-    genomes = stack(lambda history: np.stack(list(history.saved_genomes.values())))
+    add("energy", stack_padded([history.energy for history in histories], fill=0))
+    add("parents", stack_padded([history.parents for history in histories], fill=0))
+    saved_genomes = [history.saved_genomes for history in histories]
+    genomes = _stack_genomes(saved_genomes)
     add("kept_genome", genomes)
     data |= _stack_run_arrays([history.stored_run_arrays for history in histories])
     counts = np.array([history.n_generations for history in histories], np.int32)
     data[GENERATION_COUNT] = LabeledArray((RUN_DIM,), counts)
-    saved = stack(lambda history: np.array(list(history.saved_genomes), np.int32), NO_GENERATION)
+    saved = stack_padded([np.array([*saved], np.int32) for saved in saved_genomes], NO_GENERATION)
     data[KEPT_GENERATIONS] = LabeledArray((RUN_DIM, "kept_generation"), saved)
     if any(history.is_stopped for history in histories):
         stops = [name_stop(history) for history in histories]
@@ -141,6 +143,20 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     }
     coordinates = {name: LabeledArray((name,), values) for name, values in labels.items()}
     return RecordBatch(data, coordinates, attributes)
+
+
+def _stack_genomes(saved_genomes: Sequence[Mapping[int, Genome]]) -> Genome:
+    """Return saved genomes of several runs, [run, position, agent, module, weight].
+
+    The positions after the last saved generation of a run have genomes of 0.
+    """
+    length = max(map(len, saved_genomes))
+    first_genomes = next(iter(saved_genomes[0].values()))
+    stacked = np.zeros((len(saved_genomes), length, *first_genomes.shape), first_genomes.dtype)
+    for run, genomes_by_generation in enumerate(saved_genomes):
+        for position, genomes in enumerate(genomes_by_generation.values()):
+            stacked[run, position] = genomes
+    return stacked
 
 
 def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:

@@ -210,7 +210,7 @@ def recompute_genomes(
     _, _, generation = key
     has_species = bool(experiment.population.species)
     if not has_species and experiment.part("evolution.inheritance").resamples_genomes:
-        return draw_genomes(experiment, key.as_run_keys())[0]
+        return draw_genomes(experiment, key.as_run_keys()).squeeze(0)
     if needs_simulation(experiment) and generation > 0:
         return np.asarray(_simulate_generation(experiment, key)["genome"].values, np.float32)
     if energy is None:
@@ -228,4 +228,4 @@ def recompute_genomes(
         # In a dataset of several conditions, NaN follows the agents of a small population.
         fitness = energy.values[None, earlier, : genomes.shape[1]]
         genomes, _ = make_generation(experiment, child_keys, genomes, fitness)
-    return genomes[0]
+    return genomes.squeeze(0)

@@ -115,6 +115,7 @@ def continue_histories(
     the stored generation.
     """
     experiment = batch.experiment
+    histories = batch.histories
     n_active = 0
     for generation in range(batch.n_generations, experiment.evolution.generations):
         if len(batch.active) == 0:
@@ -126,7 +127,7 @@ def continue_histories(
             simulator = make_simulator(experiment, batch.seed, runs, backend)
         sizes = _count_species(batch)
         batch.add(generation, simulator.simulate(generation, batch.genomes, *sizes))
-        after_generation(batch.histories)
+        after_generation(histories)
 
 
 def _count_species(batch: Histories) -> list[npt.NDArray[np.int64]]:

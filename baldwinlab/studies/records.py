@@ -338,7 +338,7 @@ def read_verified(file: RecordFile, experiment: BaseExperiment) -> Iterator[byte
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
-def write_in_study(directory: Path, path: Path, content: bytes) -> None:
+def write_in_study(directory: Path, path: Path, content: bytes | bytearray) -> None:
     """Write a file of a study atomically. Raises OSError, also if the study no longer exists."""
     removal_error = FileNotFoundError(
         errno.ENOENT, "the study has been removed or moved while it ran", str(directory)

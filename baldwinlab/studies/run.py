@@ -13,7 +13,7 @@ from baldwinlab.engine.threads import use_threads
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.memory import runs_per_file
+from baldwinlab.simulation.memory import count_task_runs, runs_per_file
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
     Interval,
@@ -92,27 +92,33 @@ def plan_tasks(
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
-    A task usually has one batch of `worlds` runs. A task has several batches to fill a file of
-    records, or if there would be more than `MAX_TASKS` tasks and more than two tasks per worker. A
-    task has fewer runs if a worker would have no task otherwise.
+    A task has the number of runs of `count_task_runs`. It has more runs to fill a file of records,
+    or if there would be more than `MAX_TASKS` tasks and more than two tasks per worker. A task has
+    fewer runs if a worker would have no task otherwise.
 
-    `callback`: called after each generation of a run, in the thread of its task.
+    - `worlds`: best number of worlds in a batch of the backend.
+    - `callback`: called after each generation of a run, in the thread of its task.
     """
     total_runs = sum(len(runs) for runs in missing.values())
     max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * workers)
-    batches_per_task = math.ceil(total_runs / (worlds * max_tasks))
     tasks = []
     for condition, missing_runs in missing.items():
         if not missing_runs:
             continue
-        file_size = runs_per_file(study.experiments[condition])
-        n_files = math.ceil(worlds * batches_per_task / file_size)
+        experiment = study.experiments[condition]
+        n_runs = count_task_runs(experiment, total_runs, workers, worlds)
+        n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
+        file_size = runs_per_file(experiment)
+        n_files = math.ceil(n_runs / file_size)
         runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
-            for start in range(0, len(runs), runs_per_task):
+            if file_size == 1:
+                # Equal tasks end at about the same time.
+                runs_per_task = math.ceil(len(runs) / max(1, math.ceil(len(runs) / runs_per_task)))
+            for start in range(0, len(runs), max(1, runs_per_task)):
                 task = RunTask(
-                    experiment=study.experiments[condition],
+                    experiment=experiment,
                     runs=tuple(runs[start : start + runs_per_task]),
                     # The last stored generation is simulated again.
                     n_stored=max(0, n_generations - 1),

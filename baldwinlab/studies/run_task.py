@@ -10,11 +10,14 @@ from typing import Final, NamedTuple
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
-from baldwinlab.models.miniworld.backends.cpu import is_large
 from baldwinlab.simulation.history import Histories, History
-from baldwinlab.simulation.memory import MAX_BYTES_PER_FILE, MIN_RUNS_PER_BATCH, runs_per_file
+from baldwinlab.simulation.memory import (
+    MAX_BYTES_PER_FILE,
+    MIN_RUNS_PER_BATCH,
+    count_batch_runs,
+    runs_per_file,
+)
 from baldwinlab.simulation.records import BatchKeys, encode_history, make_batch
 from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (
@@ -39,11 +42,6 @@ from baldwinlab.studies.records import write_in_study
 # Minimum number of agent-steps (about ten seconds) of a task that searches for the runs stored by
 # an earlier attempt. A smaller task repeats all runs, which is faster than a list of many files.
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
-# A batch has more runs than the backend simulates at the same time, up to these numbers of runs and
-# of agents. More runs save little time, and a larger batch reports its progress less often.
-MAX_BATCH_RUNS: Final = 64
-MAX_BATCH_AGENTS: Final = 2_000
-
 # Called after each generation of a run with the dataset of the run.
 Callback = Callable[["xr.Dataset"], None]
 # Called after each generation of a run with condition, generation and mean fitness.
@@ -152,7 +150,7 @@ class RunTask(NamedTuple):
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
         """Simulate the runs in batches. See `Task`."""
-        batch_size = count_batch_runs(self.experiment, backend)
+        batch_size = count_batch_runs(self.experiment, backend.worlds)
         stored = self._find_stored(seed, directory)
         runs = [run for run in self.runs if not self._is_complete(stored.get(run))]
         if n_complete := len(self.runs) - len(runs):
@@ -205,7 +203,7 @@ class RunTask(NamedTuple):
                     self.observe(name, n_generations - 1, history.last_mean_fitness)
             for history in simulated:
                 if history.is_complete:
-                    is_continued = self.n_stored > 0 or runs[history.run] is not None
+                    is_continued = not self.is_new or runs[history.run] is not None
                     has_checkpoint = is_continued or checkpointer.has_saved
                     writer.add(history, has_checkpoint=has_checkpoint)
             # Generations after a stop count as done, so that the progress reaches its total.
@@ -234,24 +232,13 @@ class RunTask(NamedTuple):
                 records.setdefault(record.sizes["generation"], {})[run] = record
         if new_runs:
             yield Histories(self.experiment, seed, new_runs)
-        for record_by_run in records.values():
-            yield Histories(self.experiment, seed, [*record_by_run], [*record_by_run.values()])
+        while records:
+            # No variable refers to the records during the simulation, because they can be large.
+            yield self._restore(seed, records.popitem()[1])
 
-
-def count_batch_runs(experiment: BaseExperiment, backend: Backend) -> int:
-    """Return the number of runs that evolve together.
-
-    Selection, variation and records of many runs take few calls. The backend simulates their
-    lifetimes in smaller batches.
-    """
-    batch_size = backend.worlds
-    if isinstance(experiment, Experiment):
-        # A batch of the backend has a world for each repeat of a lifetime.
-        batch_size = max(1, batch_size // experiment.lifetime.repeats)
-        # All threads of the task simulate one large world.
-        if is_large(experiment, count_worlds(experiment)):
-            return 1
-    return max(batch_size, min(MAX_BATCH_RUNS, MAX_BATCH_AGENTS // experiment.population.size))
+    def _restore(self, seed: int, records: Mapping[int, xr.Dataset]) -> Histories:
+        """Return the histories of runs that begin with `records`, by run."""
+        return Histories(self.experiment, seed, [*records], [*records.values()])
 
 
 def count_omitted_generations(history: History) -> int:

@@ -53,18 +53,18 @@ def _add_run(value: Any) -> Any:
 
 
 def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    return evolution.make_founders(experiment, key.as_run_keys())[0]
+    return evolution.make_founders(experiment, key.as_run_keys()).squeeze(0)
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    return evolution.draw_genomes(experiment, key.as_run_keys())[0]
+    return evolution.draw_genomes(experiment, key.as_run_keys()).squeeze(0)
 
 
 def fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, run_arrays: RunArrays | None = None
 ) -> Fitness:
     values = evolution.fitness(experiment, add_run_dimension(lifetimes), _add_run(run_arrays))
-    return values[0]
+    return values.squeeze(0)
 
 
 def is_stopped(
@@ -88,7 +88,7 @@ def apply_inheritance(
 ) -> Genome:
     return evolution.apply_inheritance(
         experiment, genome[None], _add_run(learned), _add_run(run_arrays)
-    )[0]
+    ).squeeze(0)
 
 
 def select(
@@ -102,7 +102,7 @@ def select(
     keys = key.as_run_keys()
     return evolution.select(
         experiment, keys, fitness[None], uniforms[None], _add_run(lifetimes), _add_run(run_arrays)
-    )[0]
+    ).squeeze(0)
 
 
 def breed(
@@ -121,7 +121,7 @@ def breed(
         _add_run(lifetimes),
         _add_run(run_arrays),
     )
-    return children[0], parents[0]
+    return children.squeeze(0), parents.squeeze(0)
 
 
 def make_generation(
@@ -140,7 +140,7 @@ def make_generation(
         _add_run(lifetimes),
         _add_run(run_arrays),
     )
-    return children[0], parents[0]
+    return children.squeeze(0), parents.squeeze(0)
 
 
 def make_children(
@@ -151,14 +151,16 @@ def make_children(
     parents: Parents,
 ) -> Genome:
     keys = key.as_run_keys()
-    return breeding.make_children(experiment, keys, genome[None], fitness[None], parents[None])[0]
+    return breeding.make_children(
+        experiment, keys, genome[None], fitness[None], parents[None]
+    ).squeeze(0)
 
 
 def compute_species_fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, arrays: Any = None
 ) -> Fitness:
     batch = add_run_dimension(lifetimes)
-    return species_breeding.compute_species_fitness(experiment, batch, _add_run(arrays))[0]
+    return species_breeding.compute_species_fitness(experiment, batch, _add_run(arrays)).squeeze(0)
 
 
 def inherit_within_species(
@@ -166,7 +168,7 @@ def inherit_within_species(
 ) -> Genome:
     return species_breeding.inherit_within_species(
         experiment, add_run_dimension(lifetimes), _add_run(learned), _add_run(arrays)
-    )[0]
+    ).squeeze(0)
 
 
 def make_offspring(
@@ -185,4 +187,6 @@ def make_offspring(
         add_run_dimension(lifetimes),
         _add_run(arrays),
     )
-    return species_breeding.Offspring(*(values[0] for values in offspring))
+    return species_breeding.Offspring(
+        offspring.genome.squeeze(0), offspring.parents.squeeze(0), offspring.species.squeeze(0)
+    )

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from baldwinlab import evolution
 from baldwinlab.evolution import GenerationKey, compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.papers.presets import load
@@ -103,7 +104,8 @@ def test_inherited_genomes_equal_the_oracle(share: float) -> None:
     learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0, : experiment.weight_count]
     inherited = apply_inheritance(experiment, genome, learned)
     assert inherited.tobytes() == oracle.apply_inheritance(experiment, genome, learned).tobytes()
-    assert apply_inheritance(experiment, genome, None) is genome
+    genomes = genome[None]
+    assert evolution.apply_inheritance(experiment, genomes, None) is genomes
 
 
 @pytest.mark.parametrize("regions", [0, 1, 7])

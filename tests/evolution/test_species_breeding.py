@@ -13,7 +13,6 @@ from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import (
     count_agents,
-    derive_key,
     derive_seed,
     list_initial_species,
 )
@@ -70,7 +69,9 @@ def test_a_species_begins_with_the_founders_of_its_experiment() -> None:
     learners, innate = experiment.species_experiments()
     assert np.array_equal(founders[:8], make_founders(learners, KEY))
     own_genomes = trim_genomes(founders[8:], innate)
-    assert np.array_equal(own_genomes, make_founders(innate, derive_key(KEY, 1)))
+    assert np.array_equal(
+        own_genomes, make_founders(innate, KEY._replace(seed=derive_seed(KEY.seed, 1)))
+    )
     assert not founders[8:, 1].any()
 
 
@@ -96,7 +97,7 @@ def test_species_that_compete_within_evolve_as_separate_experiments() -> None:
     for index, member, agents in iterate_members(experiment, species):
         genome, parents = make_generation(
             member,
-            derive_key(CHILD_KEY, index),
+            CHILD_KEY._replace(seed=derive_seed(CHILD_KEY.seed, index)),
             trim_genomes(founders[agents], member),
             energy[agents],
         )

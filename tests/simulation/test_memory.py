@@ -13,6 +13,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import iterate_arrays, make_state, state_bytes
+from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation import memory
@@ -34,15 +35,28 @@ from baldwinlab.parts import load_file
 from baldwinlab.core.resources import peak_memory
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.creation import create_study, extend_study
 from tests.small_studies import ignore_message, ignore_progress
 from baldwinlab.studies.run import find_missing_runs, run_study
 
-def of_runs(experiment):
+def complete(study, runs):
+    missing = find_missing_runs(study, runs, ignore_message)
+    run_study(study, missing, 1, ignore_progress, ignore_message)
+
+def of_runs(experiment, runs=4):
     with tempfile.TemporaryDirectory() as folder:
-        study = create_study(Path(folder) / "study", [experiment], 0)
-        missing = find_missing_runs(study, 4, ignore_message)
-        run_study(study, missing, 1, ignore_progress, ignore_message)
+        complete(create_study(Path(folder) / "study", [experiment], 0), runs)
+
+def of_many_runs(experiment):
+    of_runs(experiment, 400)
+
+def of_continued_runs(experiment):
+    with tempfile.TemporaryDirectory() as folder:
+        generations = experiment.evolution.generations
+        shorter = experiment.replace(evolution={"generations": generations // 2})
+        study = create_study(Path(folder) / "study", [shorter], 0)
+        complete(study, 64)
+        complete(extend_study(study, generations), 64)
 
 def of_replay(experiment):
     replay(experiment).to_netcdf(engine="scipy")
@@ -51,7 +65,8 @@ for file in sys.argv[2:]:
     load_file(Path(file))
 experiment = from_toml(sys.stdin.read(), "here")
 before = peak_memory()
-{"of_runs": of_runs, "of_replay": of_replay, "of_simulate": simulate}[sys.argv[1]](experiment)
+tasks = {"of_simulate": simulate, **globals()}
+tasks[sys.argv[1]](experiment)
 print(peak_memory() - before)
 """
 
@@ -92,6 +107,10 @@ def measure_peak_memory(task: str, experiment: BaseExperiment) -> int:
             "bit-strings",
             ("population.size=10000", "evolution.generations=20"),
         ),
+        # Batches whose runs have a file each, and batches that wait for a full file.
+        ("of_many_runs", "evo+self-taught/A", ("lifetime.steps=200",)),
+        ("of_many_runs", "evo+self-taught/A", ("lifetime.steps=1", "evolution.generations=30")),
+        ("of_continued_runs", "evo+self-taught/A", ("lifetime.steps=200",)),
         (
             "of_simulate",
             "evo/A",
@@ -109,13 +128,16 @@ def test_memory_is_estimated_within_a_factor_of_two(
 ) -> None:
     experiment = load_changed(name, *assignments)
     estimates = {
-        "of_runs": lambda: memory.estimate_runs([(experiment, 4)], workers=1, worlds=4),
+        "of_runs": lambda: memory.estimate_runs([(experiment, 4)], 1, CPU.worlds),
+        "of_many_runs": lambda: memory.estimate_runs([(experiment, 400)], 1, CPU.worlds),
+        "of_continued_runs": lambda: memory.estimate_runs([(experiment, 64)], 1, CPU.worlds),
         "of_simulate": lambda: memory.estimate_simulation(experiment),
         "of_replay": lambda: memory.estimate_replay(experiment),  # type: ignore[arg-type]
     }
     # The first process may compile, before or while the memory is measured.
     _, measured = (measure_peak_memory(task, experiment) for _ in range(2))
     # The estimate includes the memory of the compiler.
+    print(task, name, assignments, measured / 2**20, estimates[task]().memory / 2**20)
     assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE_BYTES
 
 

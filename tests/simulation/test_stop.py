@@ -76,13 +76,18 @@ def test_a_stopped_run_names_the_stop_and_another_run_does_not() -> None:
     assert "stopped_by" not in simulate(experiment, seed=3).attrs
 
 
-def test_a_single_run_has_the_bits_of_the_same_run_in_a_batch() -> None:
-    targeted = make_targeted(make_experiment(), 3)
-    histories = simulate_histories(targeted, 3, RUNS)
+@pytest.mark.parametrize("stop", ["target-fitness", "stagnation"])
+def test_a_single_run_has_the_bits_of_the_same_run_in_a_batch(stop: str) -> None:
+    experiment = make_targeted(make_experiment(), 3)
+    if stop == "stagnation":
+        # This stop has arrays of the run, which the record of a run that stopped contains.
+        experiment = make_experiment(stop=stop, stagnation={"generations": 2})
+    histories = simulate_histories(experiment, 3, RUNS)
     assert len({history.n_generations for history in histories}) > 1
     for history in histories:
-        single = simulate(targeted, seed=3, run=history.run)
-        assert single.identical(history.dataset())
+        (single,) = simulate_histories(experiment, 3, [history.run])
+        assert single.record().identical(history.record())
+        assert simulate(experiment, seed=3, run=history.run).identical(history.dataset())
 
 
 def test_a_callback_gets_all_histories_of_a_batch_after_each_generation() -> None:

@@ -180,17 +180,21 @@ def test_an_extended_study_has_the_records_of_a_long_one(
     "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(2, 6))]
 )
 def test_an_interrupted_task_stores_its_finished_runs(
-    tmp_path: Path, oracle: Records, seed: int
+    tmp_path: Path, oracle: Records, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # The task has several batches.
+    monkeypatch.setattr(memory, "MAX_AGENTS_PER_WORLD", 3)
     study = create_study(tmp_path, [make_experiment()], SEED)
-    n_generations = random.Random(seed).randrange(1, 3 * RUNS // CPU.worlds)
+    batch_runs = memory.count_batch_runs(make_experiment(), CPU.worlds)
+    assert 1 < batch_runs < RUNS // 2
+    n_generations = random.Random(seed).randrange(1, 3 * RUNS // batch_runs)
     tasks = plan_tasks(study, {CONDITION: list(range(RUNS))}, 1)
     steps = THREADS.run(study, tasks, 1, CPU)
     for _ in range(n_generations):
         next(steps)
     steps.close()
     stored = study.runs(CONDITION)
-    assert len(stored) >= n_generations // 3 * CPU.worlds
+    assert len(stored) >= n_generations // 3 * batch_runs
     require_records(study, {run: oracle[run] for run in stored})
     complete_runs(study, RUNS)
     require_records(study, oracle)

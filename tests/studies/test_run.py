@@ -92,7 +92,7 @@ def test_while_a_task_waits_for_the_gpu_the_other_tasks_continue(tmp_path: Path)
     assert read_records(waiting.directory) == read_records(expected.directory)
 
 
-@pytest.mark.parametrize(("runs", "sizes"), [(2_640, [660] * 4), (100_000, [16_384] * 6 + [1_696])])
+@pytest.mark.parametrize(("runs", "sizes"), [(2_640, [660] * 4), (100_000, [6_250] * 16)])
 def test_the_runs_of_a_condition_fill_the_tasks_of_a_gpu_but_not_all_workers(
     runs: int, sizes: list[int], tmp_path: Path
 ) -> None:
@@ -101,8 +101,8 @@ def test_the_runs_of_a_condition_fill_the_tasks_of_a_gpu_but_not_all_workers(
     assert [len(task.runs) for task in tasks] == sizes
 
 
-@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1999, [3])])
-def test_all_threads_of_a_task_simulate_one_large_world(
+@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1000, [2, 1]), (500, [3])])
+def test_batches_of_large_populations_have_few_runs(
     agents: int, batches: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     simulated = list[int]()

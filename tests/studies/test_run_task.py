@@ -153,9 +153,9 @@ def test_runs_whose_arrays_differ_in_shape_are_stored_separately(tmp_path: Path)
     study = create_study(tmp_path, [experiment], SEED)
     histories = simulate_histories(experiment, SEED, range(60))
     for history in histories[20:40]:
-        history._run_arrays_before = {0: {"archive": np.arange(3.0)}}
+        history.stored_run_arrays[0] = {"archive": np.arange(3.0)}
     for history in histories[40:]:
-        history._run_arrays_before = {0: {"archive": np.arange(4.0)}}
+        history.stored_run_arrays[0] = {"archive": np.arange(4.0)}
     store(study, histories)
     assert list_names(study) == ["0000-0019.nc", "0020-0039.nc", "0040-0059.nc"]
     for run, size in ((0, None), (20, 3), (59, 4)):
@@ -169,7 +169,7 @@ def test_large_arrays_of_the_runs_reduce_the_number_of_runs_in_a_file(tmp_path: 
     study = create_study(tmp_path, [experiment], SEED)
     histories = simulate_histories(experiment, SEED, range(RUNS))
     for history in histories:
-        history._run_arrays_before = {0: {"archive": np.zeros(2**19)}}
+        history.stored_run_arrays[0] = {"archive": np.zeros(2**19)}
     store(study, histories)
     # A file has at most 64 MiB of arrays of 4 MiB.
     assert list_names(study) == ["0000-0015.nc", "0016-0023.nc"]

@@ -125,7 +125,7 @@ def check_views(group: PartGroup) -> str:
         return "it declares none"
     model = group.experiment.model_part
     key = GenerationKey(group.seed, 0, 0)
-    genomes = draw_genomes(group.experiment, key)
+    (genomes,) = draw_genomes(group.experiment, key.as_run_keys())
     for name, view in model.views.items():
         for agent in (0, len(genomes) - 1):
             copy = genomes.copy()

@@ -33,7 +33,7 @@ from baldwinlab.engine.numba_internals.dispatchers import (
     UNWRAPPED,
     NumbaError,
 )
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import draw_genomes, make_run_keys
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
@@ -221,7 +221,7 @@ def check_lane_isolation(group: PartGroup) -> str:
         return "it has no hook per agent"
     experiment = group.experiment
     batch = CpuBatch(experiment, group.seed, [0])
-    batch.begin(0, draw_genomes(experiment, GenerationKey(group.seed, 0, 0))[None])
+    batch.begin(0, draw_genomes(experiment, make_run_keys(group.seed, [0], 0)))
     batch.simulate(0, STEPS)
     for part, name in hooks:
         # None: random numbers.

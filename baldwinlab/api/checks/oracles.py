@@ -17,7 +17,7 @@ from baldwinlab.api.checks.evolution import BREEDING_COMPARISONS
 from baldwinlab.api.checks.findings import FailsError, NotCheckedError, locate_error
 from baldwinlab.api.checks.fixture import PartGroup, part_label, part_values
 from baldwinlab.api.checks.reference import Agent, Item, Naive
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import draw_genomes, make_run_keys
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
@@ -71,8 +71,7 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
     experiment = group.experiment
     naive = make_naive(experiment)
     batch = CpuBatch(experiment, group.seed, [0])
-    genome = draw_genomes(experiment, GenerationKey(group.seed, 0, 0))
-    batch.begin(0, genome[None])
+    batch.begin(0, draw_genomes(experiment, make_run_keys(group.seed, [0], 0)))
     agent_arrays = _initial_arrays(experiment, part, batch.state)
     for number in range(experiment.lifetime.steps):
         teachers = _list_teachers(experiment, naive, batch)

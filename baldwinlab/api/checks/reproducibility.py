@@ -16,7 +16,7 @@ from baldwinlab.api.checks.findings import FailsError, NotCheckedError
 from baldwinlab.api.checks.fixture import Case, PartGroup, is_of_miniworld, make_cases
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, SIMULATOR_ENVIRONMENT, Process
 from baldwinlab.engine import poison
-from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution import draw_genomes, make_run_keys
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU, choose_backend
 from baldwinlab.simulation.compilation import compile_experiments
@@ -51,8 +51,7 @@ def hash_runs(
             digest.update(name.encode() + record[name].values.tobytes())
     if is_of_miniworld(experiment):
         batch = backend.batch(experiment, seed, runs)
-        keys = [GenerationKey(seed, run, 0) for run in runs]
-        batch.begin(0, np.stack([draw_genomes(experiment, key) for key in keys]))
+        batch.begin(0, draw_genomes(experiment, make_run_keys(seed, runs, 0)))
         for first_step, last_step in pairwise([0, *cuts, experiment.lifetime.steps]):
             batch.simulate(first_step, last_step)
         for array in (batch.eaten_in_life(), batch.weights(), batch.items()):

@@ -22,8 +22,8 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.engine.threads import available_cores, defer_interruptions
 from baldwinlab.evolution import (
-    GenerationKey,
     draw_genomes,
+    make_run_keys,
     mean_fitness,
     require_fitness_without_archive,
 )
@@ -31,6 +31,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.reevaluation import make_batch
@@ -120,11 +121,8 @@ class Problem:
             Array [genome, weight].
         """
         n_worlds = math.ceil(count / self.experiment.population.size)
-        genomes_by_world = [
-            draw_genomes(self.experiment, GenerationKey(self.seed, run, 0))
-            for run in range(n_worlds)
-        ]
-        return np.concatenate(genomes_by_world)[:count].reshape(count, self.length)
+        genomes = draw_genomes(self.experiment, make_run_keys(self.seed, range(n_worlds), 0))
+        return genomes.reshape(-1, self.length)[:count]
 
     @check_numbers
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:
@@ -159,8 +157,8 @@ class Problem:
         """
         genomes_by_world = self._split_into_worlds(genomes)
         worlds = range(len(genomes_by_world))
-        # A chunk has as many worlds as a batch of the CPU. The last chunk can have fewer.
-        chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
+        # A chunk has as many worlds as a block of the CPU. The last chunk can have fewer.
+        chunks = [worlds[first : first + BLOCK_WORLDS] for first in worlds[::BLOCK_WORLDS]]
 
         def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
             # The runs of a chunk are consecutive, and run r has the genomes of world r.

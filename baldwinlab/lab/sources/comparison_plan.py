@@ -22,6 +22,7 @@ from baldwinlab.lab import Lab, read_body_number
 from baldwinlab.lab.sources.limits import check_comparison, check_comparison_runs
 from baldwinlab.lab.sources.presets import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.papers import presets
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import compile_experiments
@@ -78,8 +79,8 @@ class ComparisonPlan(NamedTuple):
 
     def estimate_seconds(self) -> float:
         """Estimate the duration on this machine, from one simulated generation of each model."""
-        # The CPU backend simulates this number of runs in one batch.
-        n_worlds = min(self.runs, CPU.worlds)
+        # The CPU backend simulates this number of runs in one block.
+        n_worlds = min(self.runs, BLOCK_WORLDS)
         seconds_per_step: dict[str, float] = {}
         seconds = SECONDS_PER_RECORD * self.n_runs
         for experiment in self.experiments:

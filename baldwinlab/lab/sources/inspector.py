@@ -343,10 +343,8 @@ def _find_parents(life: Life, start: StartData) -> Parents:
     # The selection may depend on the genomes of the previous generation.
     genomes = recompute_genomes(life.experiment, key.previous(), start.fitness)
     fitness = start.fitness.values[key.generation - 1]
-    _, (parent_pairs,) = make_generation(
-        life.experiment, key.as_run_keys(), genomes[None], fitness[None]
-    )
-    return parent_pairs
+    _, parents = make_generation(life.experiment, key.as_run_keys(), genomes[None], fitness[None])
+    return parents.squeeze(0)
 
 
 def _find_parents_of_children(
@@ -358,10 +356,10 @@ def _find_parents_of_children(
     if start.parents is not None and child_generation < len(start.parents):
         return np.asarray(start.parents.values[child_generation])
     child_key = life.key._replace(generation=child_generation)
-    _, (parent_pairs,) = make_generation(
+    _, parents = make_generation(
         life.experiment, child_key.as_run_keys(), start.genomes[None], fitness[None]
     )
-    return parent_pairs
+    return parents.squeeze(0)
 
 
 def _read_pair(pairs: Parents | None, agent: int) -> list[int] | None:

@@ -206,28 +206,18 @@ def list_part_classes(experiment: Experiment) -> list[Any]:
     ]
 
 
-def read_part_records(
-    state: State, shape: tuple[int, ...], first_lane: int = 0
-) -> dict[str, npt.NDArray[Any]]:
-    """Return the records of all parts by name, [run, agent], for the lanes from `first_lane` on."""
-    lanes = slice(first_lane, first_lane + math.prod(shape))
-    return {
-        name: getattr(part, name)[0, lanes].reshape(shape).copy()
-        for _, part in list_parts(state)
-        for name in getattr(type(part).part, "records", ())
-    }
-
-
 def make_state(
     experiment: Experiment,
     worlds: int,
     grid: GridSettings | None = None,
     population_class: type[FixedPopulation] | None = None,
+    blocks: int | None = None,
     **population_values: Any,
 ) -> State:
     """Allocate a state. The content of an array without `fill` is undefined.
 
     `grid`, `population_class` and `population_values` are given for species that share a world.
+    With `blocks`, the arrays have the first dimension `block`, and each block has `worlds` worlds.
 
     Raises `RefusedError` if the experiment has species, and no population is given.
     """
@@ -238,7 +228,10 @@ def make_state(
 
     def allocate(array: Array) -> Any:
         # Hooks of a lifetime do not use the arrays of a run, which hooks of evolution use.
-        return None if array.owner == "run" else _allocate_array(array_shape(array), array)
+        if array.owner == "run":
+            return None
+        shape = array_shape(array)
+        return _allocate_array(shape if blocks is None else (blocks, *shape), array)
 
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
@@ -258,7 +251,8 @@ def make_state(
         recorders=tuple(map(compile_part, list_recorders(experiment))),
         population=make_population(population_class, experiment, allocate, **population_values),
     )
-    poison_state(state, worlds * experiment.agents_per_world)
+    if blocks is None:
+        poison_state(state, worlds * experiment.agents_per_world)
     return state
 
 
@@ -293,6 +287,13 @@ def list_parts(state: State) -> Iterator[tuple[str, Any]]:
             yield name, value
         elif name not in ARRAYS:
             yield from ((f"{name}.{index}", part) for index, part in enumerate(value))
+
+
+def find_array(state: Any, path: str) -> Any:
+    """Return an array of a state or a part by its path, such as "rule.signs" or "senses.0.cue"."""
+    for name in path.split("."):
+        state = state[int(name)] if name.isdigit() else getattr(state, name)
+    return state
 
 
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:

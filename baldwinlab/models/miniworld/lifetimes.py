@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +11,11 @@ import numpy.typing as npt
 from baldwinlab.core.variables import eaten_variable
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import choose_population, read_part_records
-from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
+from baldwinlab.models.miniworld.allocation import choose_population, list_parts
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch, SimulatedAgents
 from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.regions import eaten_energies, item_kinds, item_regions
-from baldwinlab.models.miniworld.state import FOOD, State
+from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
@@ -27,123 +26,80 @@ class MiniWorldSimulator:
         self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None
     ) -> None:
         self._experiment = experiment
-        backend = backend or CPU
-        # A batch of the backend has a world for each repeat of a lifetime.
-        self._batch_size = max(1, backend.worlds // experiment.lifetime.repeats)
-        self._batches = [
-            backend.batch(experiment, seed, runs[first : first + self._batch_size])
-            for first in range(0, len(runs), self._batch_size)
-        ]
+        self._batch = (backend or CPU).batch(experiment, seed, runs)
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         """Return the results of a generation with `genomes` [run, agent, module, weight]."""
-        size = self._batch_size
-        return join_runs(
-            [
-                self._simulate_batch(batch, generation, genomes[index * size : (index + 1) * size])
-                for index, batch in enumerate(self._batches)
-            ]
-        )
-
-    def _simulate_batch(
-        self, batch: Batch, generation: int, genomes: npt.NDArray[np.float32]
-    ) -> LifeResults:
-        """Simulate the runs of one batch of the backend."""
-        batch.begin(generation, genomes)
+        self._batch.begin(generation, genomes)
         if self._experiment.record.every is None:
-            batch.simulate(0, self._experiment.lifetime.steps)
-            return collect_results(self._experiment, batch, genomes)
-        series = simulate_windows(self._experiment, batch, len(genomes))
-        results = collect_results(self._experiment, batch, genomes)
+            self._batch.simulate(0, self._experiment.lifetime.steps)
+            return collect_results(self._experiment, self._batch, genomes)
+        series = simulate_windows(self._experiment, self._batch, len(genomes))
+        results = collect_results(self._experiment, self._batch, genomes)
         return results._replace(records={**results.records, **series})
-
-
-def join_runs(groups: Sequence[LifeResults]) -> LifeResults:
-    """Return the results of the runs of several batches as those of one batch."""
-    if len(groups) == 1:
-        return groups[0]
-
-    def join(values: Sequence[Any]) -> Any:
-        if values[0] is None:
-            return None
-        if isinstance(values[0], Mapping):
-            return {name: join([group[name] for group in values]) for name in values[0]}
-        if isinstance(values[0], FinalPopulation):
-            return FinalPopulation(*map(join, zip(*values, strict=True)))
-        return np.concatenate(values)
-
-    joined = {
-        name: join([getattr(group, name) for group in groups])
-        for name in LifeResults._fields
-        if name != "lifetimes"
-    }
-    lifetimes = zip(*(group.lifetimes for group in groups), strict=True)
-    return LifeResults(**joined, lifetimes=tuple(map(join_runs, lifetimes)))
 
 
 def collect_results(
     experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
 ) -> LifeResults:
     """Return the combined results of all repeats. `genomes` is [run, agent, module, weight]."""
-    n_runs = len(genomes)
+    # The arrays have a row for each repeat of each run, ordered by repeat, then by run.
     eaten = batch.eaten_in_life()
-    positions = batch.positions()
-    learned_weights = batch.weights() if experiment.learns else None
-    lifetimes = []
-    for repeat in range(len(eaten) // n_runs):
-        # The arrays have a row for each repeat of each run, ordered by repeat, then by run.
-        populations = slice(repeat * n_runs, (repeat + 1) * n_runs)
-        learned = None if learned_weights is None else learned_weights[populations]
-        outcomes = _Outcomes(repeat, eaten[populations], positions[populations], learned)
-        lifetimes.append(_collect_lifetime(experiment, batch, genomes, outcomes))
-    return combine_lifetimes(lifetimes)
-
-
-class _Outcomes(NamedTuple):
-    """Index of a repeat, and the results of this repeat."""
-
-    repeat: int
-    eaten: npt.NDArray[np.int32]  # [run, agent, row of `State.eaten_in_life`].
-    positions: npt.NDArray[np.float32]  # [run, agent, (x, y)].
-    learned: npt.NDArray[np.float32] | None  # [run, agent, weight].
-
-
-def _collect_lifetime(
-    experiment: Experiment,
-    batch: Batch,
-    genomes: npt.NDArray[np.float32],
-    outcomes: _Outcomes,
-) -> LifeResults:
-    """Return the results of one lifetime of each agent, [run, agent, ...]."""
-    repeat, eaten, positions, learned_weights = outcomes
-    shape = genomes.shape[:2]
-    first_lane = repeat * math.prod(shape)
+    learned = batch.weights() if experiment.learns else None
+    n_runs = len(genomes)
+    n_repeats = len(eaten) // n_runs
     final_population = None
-    added_records: dict[str, Any] = {}
-    steps_learned = None
     if experiment.births_in_life:
-        state = batch.state
-        runs = slice(len(genomes))
-        final_population = FinalPopulation(state.genome[runs].copy(), state.origin[runs].copy())
+        final_population = FinalPopulation(batch.by_world("genome"), batch.by_world("origin"))
         # Births have replaced the initial genomes.
         genomes = final_population.genome
-        added_records["born"] = state.birth_count[runs].copy()
+    elif n_repeats > 1:
+        genomes = np.tile(genomes, (n_repeats, 1, 1, 1))
+    steps_learned = None
     if choose_population(experiment) is not FixedPopulation:
-        steps_learned = reshape_lanes(batch.state.population.steps_learned, shape, first_lane)
-    if experiment.has_deaths:
-        added_records |= read_death_records(batch.state, shape, first_lane)
-    if experiment.part_records:
-        added_records |= read_part_records(batch.state, shape, first_lane)
+        steps_learned = batch.by_agent("population.steps_learned")[..., 0]
     item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
-    return LifeResults(
+    results = LifeResults(
         energy=sum_energy(item_energies, eaten),
-        cost=compute_learning_cost(experiment, genomes, learned_weights, steps_learned),
-        learned=learned_weights,
-        records=eaten_by_kind(experiment, eaten) | added_records,
+        cost=compute_learning_cost(experiment, genomes, learned, steps_learned),
+        learned=learned,
+        records=eaten_by_kind(experiment, eaten) | _read_records(experiment, batch),
         final_population=final_population,
         eaten=eaten,
-        position=positions,
+        position=batch.positions(),
     )
+    if n_repeats == 1:
+        return results
+    return combine_lifetimes(
+        [
+            _select_rows(results, slice(repeat * n_runs, (repeat + 1) * n_runs))
+            for repeat in range(n_repeats)
+        ]
+    )
+
+
+def _select_rows(results: LifeResults, rows: slice) -> LifeResults:
+    """Return the results of one repeat."""
+    return LifeResults(
+        energy=results.energy[rows],
+        cost=results.cost[rows],
+        learned=None if results.learned is None else results.learned[rows],
+        records={name: array[rows] for name, array in results.records.items()},
+        eaten=None if results.eaten is None else results.eaten[rows],
+        position=None if results.position is None else results.position[rows],
+    )
+
+
+def _read_records(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]:
+    """Return the records of births, deaths and parts, [population, agent]."""
+    records = {}
+    if experiment.births_in_life:
+        records["born"] = batch.by_world("birth_count")
+    if experiment.has_deaths:
+        records |= read_death_records(batch)
+    if experiment.part_records:
+        records |= read_part_records(batch)
+    return records
 
 
 def eaten_by_kind(
@@ -164,22 +120,21 @@ def eaten_by_kind(
     return records
 
 
-def read_death_records(
-    state: State, shape: tuple[int, ...], first_lane: int = 0
-) -> dict[str, npt.NDArray[np.int32]]:
-    """Return the records of deaths [run, agent]: "alive" (1 or 0) and "age" (in steps)."""
+def read_death_records(agents: SimulatedAgents) -> dict[str, npt.NDArray[np.int32]]:
+    """Return the records of deaths [population, agent]: "alive" (1 or 0) and "age" (in steps)."""
     return {
-        "alive": reshape_lanes(state.alive, shape, first_lane).astype(np.int32),
-        "age": reshape_lanes(state.population.age, shape, first_lane),
+        "alive": agents.by_agent("alive")[..., 0].astype(np.int32),
+        "age": agents.by_agent("population.age")[..., 0],
     }
 
 
-def reshape_lanes(
-    values: npt.NDArray[Any], shape: tuple[int, ...], first_lane: int = 0
-) -> npt.NDArray[Any]:
-    """Return a copy of an array [1, lane], from a first lane on, as [run, agent]."""
-    lanes = slice(first_lane, first_lane + math.prod(shape))
-    return values[0, lanes].reshape(shape).copy()
+def read_part_records(agents: SimulatedAgents) -> dict[str, npt.NDArray[Any]]:
+    """Return the records of all parts by name, [population, agent]."""
+    return {
+        name: agents.by_agent(f"{path}.{name}")[..., 0]
+        for path, part in list_parts(agents.state)
+        for name in getattr(type(part).part, "records", ())
+    }
 
 
 def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
@@ -242,9 +197,7 @@ def _count_alive(
     size = experiment.population.size
     if not experiment.has_deaths:
         return np.full(n_populations, float(size))
-    lanes = slice(n_populations * size)
-    is_alive = batch.state.alive[0, lanes].reshape(n_populations, size)
-    return np.asarray(is_alive.sum(axis=1), np.float64)
+    return np.asarray(batch.by_agent("alive")[..., 0].sum(axis=1), np.float64)
 
 
 def _count_births(
@@ -253,5 +206,4 @@ def _count_births(
     """Return the number of births in this lifetime, [population]."""
     if not experiment.births_in_life:
         return np.zeros(n_populations)
-    # Each population has one world. On the GPU, further worlds follow that fill a thread block.
-    return np.asarray(batch.state.birth_count[:n_populations].sum(axis=1), np.float64)
+    return np.asarray(batch.by_world("birth_count").sum(axis=1), np.float64)

@@ -16,6 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from baldwinlab.core.object_cache import cache_per_object
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ZERO
@@ -27,6 +28,7 @@ from baldwinlab.parts.world_features import ItemRegion
 FOOD_COLOR: Final = "green"
 
 
+@cache_per_object
 def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
     """Return all regions of items: first the food of the world, then the items of features.
 

@@ -12,14 +12,12 @@ from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import SpeciesIndices, count_agents
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import read_part_records
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, require_species_batch
-from baldwinlab.models.miniworld.backends.cpu import PopulationView
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
 from baldwinlab.models.miniworld.lifetimes import (
     eaten_by_kind,
     read_death_records,
-    reshape_lanes,
+    read_part_records,
 )
 from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.parts.model_part import LifeResults
@@ -121,20 +119,19 @@ def split_genomes(
 
 def _collect_species(
     member: Experiment,
-    view: PopulationView,
+    view: SpeciesView,
     genomes: npt.NDArray[np.float32],
     has_deaths: bool,
 ) -> LifeResults:
     """Return the results [run, agent, ...] of one species of a batch."""
     eaten = view.eaten_in_life()
     weights = view.weights()
-    shape = genomes.shape[:2]
     records: dict[str, npt.NDArray[Any]] = dict(eaten_by_kind(member, eaten))
     if has_deaths:
-        records |= read_death_records(view.state, shape)
+        records |= read_death_records(view)
     if member.part_records:
-        records |= read_part_records(view.state, shape)
-    steps_learned = reshape_lanes(view.state.population.steps_learned, shape)
+        records |= read_part_records(view)
+    steps_learned = view.by_agent("population.steps_learned")[..., 0]
     energies = np.array(eaten_energies(member) or [0.0], np.float64)
     costs = [
         compute_learning_cost(member, *values)

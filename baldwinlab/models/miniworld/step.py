@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from baldwinlab.engine.elements import for_element
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part, hook, make_part_type
 from baldwinlab.engine.reference import as_pointer
@@ -249,6 +250,7 @@ def single_agent(model: MiniWorldModel, world: int, agent: int) -> Any:
     )
 
 
+@compiled
 def simulate_simultaneous(
     model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
 ) -> None:
@@ -268,6 +270,7 @@ def simulate_simultaneous(
             end_step_of_features(state.recorders, model, state, world, step)
 
 
+@compiled
 def simulate_sequential(
     model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
 ) -> None:
@@ -287,3 +290,38 @@ def simulate_sequential(
                 agent = agent + 1 if agent + 1 < model.agents else 0
             end_step_of_features(state.features, model, state, world, step)
             end_step_of_features(state.recorders, model, state, world, step)
+
+
+_simulate_simultaneous_block = for_element(simulate_simultaneous)
+_simulate_sequential_block = for_element(simulate_sequential)
+
+
+def simulate_simultaneous_blocks(
+    model: MiniWorldModel,
+    states: State,
+    is_start: bool,
+    first_step: int,
+    last_step: int,
+    first_block: int,
+    end_block: int,
+) -> None:
+    """Simulate steps of a range of blocks of worlds, see `simulate_simultaneous`.
+
+    The arrays of `states` have the first dimension `block`.
+    """
+    for block in range(first_block, end_block):
+        _simulate_simultaneous_block(model, states, block, is_start, first_step, last_step)
+
+
+def simulate_sequential_blocks(
+    model: MiniWorldModel,
+    states: State,
+    is_start: bool,
+    first_step: int,
+    last_step: int,
+    first_block: int,
+    end_block: int,
+) -> None:
+    """Simulate steps of a range of blocks of worlds, see `simulate_simultaneous_blocks`."""
+    for block in range(first_block, end_block):
+        _simulate_sequential_block(model, states, block, is_start, first_step, last_step)

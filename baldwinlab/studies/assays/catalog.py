@@ -14,7 +14,7 @@ from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import Factors, find_control
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.simulation import memory
 from baldwinlab.studies.assays import Assay, Conditions
 from baldwinlab.studies.open import sample_runs
@@ -124,7 +124,7 @@ def estimate_assays(
 ) -> Need:
     """Estimate the memory and disk space of missing assays, in bytes."""
     total_runs = sum(runs.values())
-    runs_per_task = max(1, min(CPU.worlds, total_runs // workers))
+    runs_per_task = max(1, min(BLOCK_WORLDS, total_runs // workers))
     tasks = []
     disk = 0
     largest_results_bytes = 0

@@ -20,6 +20,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.studies.assays import Arrays, OnMap, Sample, list_other_maps
 from baldwinlab.studies.assays.catalog import get_assay, get_assays
@@ -169,7 +170,7 @@ def _plan_tasks(
 ) -> list[AssayTask]:
     """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
     total_runs = sum(len(sample_runs(study, condition)) for condition in missing)
-    runs_per_task = max(1, min(CPU.worlds, total_runs // workers))
+    runs_per_task = max(1, min(BLOCK_WORLDS, total_runs // workers))
     learners_first = sorted(missing, key=lambda name: not study.experiments[name].learns)
     tasks: list[AssayTask] = []
     for condition in learners_first:

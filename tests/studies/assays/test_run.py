@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -90,10 +90,10 @@ def test_all_simulated_experiments_are_compiled_in_advance(
     simulated = set[Any]()
 
     def record_init(
-        self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int], *world: Any
+        self: cpu.CpuBatch, experiment: Experiment, *arguments: Any, **options: Any
     ) -> None:
         simulated.add(cpu.code_key(experiment))
-        original_init(self, experiment, seed, runs, *world)
+        original_init(self, experiment, *arguments, **options)
 
     def warm_up(experiments: Iterable[Experiment], **options: Any) -> float:
         compiled.update(map(cpu.code_key, experiments))

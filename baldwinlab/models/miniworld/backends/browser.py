@@ -62,10 +62,6 @@ from baldwinlab.parts.selection import Generation
 from baldwinlab.parts.variation import Brood
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
-# The entry points compile these kernels into their own code.
-for _kernel in (simulate_simultaneous, simulate_sequential):
-    compiled(_kernel)
-
 
 def measure(setting: BrowserSettings) -> None:
     """Set `setting.measured` [MEASURED_NAMES]: lengths of arrays, and other derived numbers."""

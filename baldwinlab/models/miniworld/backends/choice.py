@@ -7,7 +7,7 @@ an NVIDIA H100 (docs/development/benchmarks.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -33,10 +33,8 @@ GPU_RATES: Final = {
 # kernel also compiles it, which is not counted because it happens once per user.
 GPU_START_SECONDS: Final = 3.0
 
-# Best number of worlds in a batch on the GPU, and maximum number of agents. Larger batches are
-# hardly faster, and these need half a gigabyte of memory.
+# Best number of worlds in a batch on the GPU.
 GPU_WORLDS: Final = 16384
-GPU_AGENTS: Final = 20 * GPU_WORLDS
 # Number of tasks into which the runs of a condition are divided, each with a stream. While the GPU
 # simulates some of them, threads create the next generation of the others or store runs.
 GPU_TASKS: Final = 4
@@ -59,6 +57,10 @@ class SimulatedAgents(Protocol):
     def weights(self) -> npt.NDArray[np.float32]: ...
 
     def positions(self) -> npt.NDArray[np.float32]: ...
+
+    def by_agent(self, name: str) -> npt.NDArray[Any]: ...
+
+    def by_world(self, name: str) -> npt.NDArray[Any]: ...
 
 
 class Batch(SimulatedAgents, Protocol):
@@ -86,8 +88,7 @@ class Backend(NamedTuple):
     tasks: int | None = None
 
 
-# With 20 agents per world, the weights of 4 worlds (80 lanes) fit the first-level cache.
-CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4, species_batch=SpeciesBatch)
+CPU: Final = Backend(name="cpu", batch=cpu.make_batch, worlds=64, species_batch=SpeciesBatch)
 
 
 class Workload(NamedTuple):
@@ -126,8 +127,7 @@ def choose_backend(name: str = "auto", workload: Workload = ONE_WORLD) -> Backen
     too_large = name == "auto" and workload.agents > cuda.MAX_AGENTS
     if reason or too_large:
         return CPU
-    n_worlds = min(GPU_WORLDS, max(1, GPU_AGENTS // workload.agents))
-    return Backend(name="cuda", batch=cuda.CudaBatch, worlds=n_worlds, tasks=GPU_TASKS)
+    return Backend(name="cuda", batch=cuda.CudaBatch, worlds=GPU_WORLDS, tasks=GPU_TASKS)
 
 
 def require_species_batch(backend: Backend) -> SpeciesBatchClass:

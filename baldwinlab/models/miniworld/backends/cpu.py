@@ -1,9 +1,10 @@
-"""Backend for the CPU: a batch of worlds, and a team of threads that simulates one large world."""
+"""Backend for the CPU: blocks of worlds, and a team of threads that simulates one large world."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -11,14 +12,16 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.atomics import Team
+from baldwinlab.engine.elements import select_element
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.engine.phases import hook_functions
 from baldwinlab.engine.simd import WIDTH
-from baldwinlab.engine.threads import count_threads, run_in_threads
+from baldwinlab.engine.threads import count_threads, run_in_ranges, run_in_threads
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
+    find_array,
     list_hooks,
     list_part_classes,
     make_model,
@@ -33,13 +36,19 @@ from baldwinlab.models.miniworld.parallel_step import (
     simulate_in_team,
 )
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
+from baldwinlab.models.miniworld.step import (
+    simulate_sequential_blocks,
+    simulate_simultaneous_blocks,
+)
 from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 # Minimum number of agents of a large world.
 MIN_AGENTS: Final = 2_000
 # Minimum number of agents of a thread. With fewer agents, barriers take as long as the simulation.
 MIN_AGENTS_PER_THREAD: Final = 500
+# Maximum number of worlds in a block. With 20 agents per world, the weights of 4 worlds (80 lanes)
+# fit the first-level cache.
+BLOCK_WORLDS: Final = 4
 
 
 def is_large(experiment: Experiment, worlds: int) -> bool:
@@ -152,9 +161,9 @@ def is_compiled(experiment: Experiment) -> bool:
 
 def _entry_point(experiment: Experiment) -> Any:
     """Return the function that simulates steps without a team."""
-    return (
-        simulate_sequential if experiment.lifetime.update == "sequential" else simulate_simultaneous
-    )
+    if experiment.lifetime.update == "sequential":
+        return simulate_sequential_blocks
+    return simulate_simultaneous_blocks
 
 
 class PopulationView:
@@ -168,64 +177,154 @@ class PopulationView:
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
-        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
+        return np.stack([self.by_world("item_x"), self.by_world("item_y")], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Return the numbers of eaten items, [population, agent, row of `State.eaten_in_life`]."""
-        return self._by_agent(self.state.eaten_in_life)
+        return self.by_agent("eaten_in_life")
 
     def weights(self) -> npt.NDArray[np.float32]:
         """Return the current weights of the action module, [population, agent, weight]."""
-        return self._by_agent(self.state.weights)
+        return self.by_agent("weights")
 
     def positions(self) -> npt.NDArray[np.float32]:
         """Return the current positions of the agents, [population, agent, (x, y)]."""
-        return self._by_agent(self.state.positions)
+        return self.by_agent("positions")
 
-    def _by_agent(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return a copy [population, agent, row] of an array [row, lane]."""
+    def by_agent(self, name: str) -> npt.NDArray[Any]:
+        """Return a copy [population, agent, row] of an array [row, lane] of the state.
+
+        `name`: path of the array, see `find_array`.
+        """
+        array: npt.NDArray[Any] = find_array(self.state, name)
         lanes = slice(math.prod(self._shape))
         return array[:, lanes].T.reshape(*self._shape, len(array)).copy()
 
+    def by_world(self, name: str) -> npt.NDArray[Any]:
+        """Return a copy of an array [world, ...] of the state."""
+        array: npt.NDArray[Any] = find_array(self.state, name)
+        return array.copy()
+
 
 class CpuBatch(PopulationView):
-    """Several runs of one experiment, simulated one generation at a time. Runs are independent."""
+    """Several runs of one experiment, simulated one generation at a time. Runs are independent.
+
+    The arrays of `states` have the first dimension `block`. One call simulates all blocks of
+    worlds, and the threads of the context share the blocks. `state` has views of the first block.
+    """
 
     def __init__(
-        self, experiment: Experiment, seed: int, runs: Sequence[int], world: int | None = None
+        self,
+        experiment: Experiment,
+        seed: int,
+        runs: Sequence[int],
+        world: int | None = None,
+        max_worlds: int | None = None,
     ) -> None:
-        """Allocate the worlds. The arguments are those of `make_world_layout`."""
+        """Allocate the worlds.
+
+        `max_worlds`: maximum number of worlds of a block. By default, one block has all worlds. The
+        other arguments are those of `make_world_layout`.
+        """
         require_single_species(experiment, "a batch of one species")
-        self._layout = make_world_layout(experiment, seed, runs, world)
+        self._n_runs = len(runs)
+        self._block_runs = self._n_runs
+        if max_worlds is not None:
+            self._block_runs = choose_block_runs(experiment, self._n_runs, max_worlds)
+        self._n_blocks = math.ceil(self._n_runs / self._block_runs)
+        # The last run fills the last block.
+        self._run_indices = np.arange(self._n_blocks * self._block_runs).clip(max=len(runs) - 1)
+        layouts = [
+            make_world_layout(experiment, seed, [runs[index] for index in indices], world)
+            for indices in self._run_indices.reshape(self._n_blocks, -1)
+        ]
+        self._layout = layouts[0]
         n_worlds = len(self._layout.keys)
         model = make_model(experiment, n_worlds)
-        super().__init__(model, make_state(experiment, n_worlds), self._layout.shape)
-        self.state.keys[:] = self._layout.keys
-        self._dispatcher: Any = None
+        self.states = make_state(experiment, n_worlds, blocks=self._n_blocks)
+        self.states.keys[:] = [layout.keys for layout in layouts]
+        super().__init__(model, select_element(self.states, 0), self._layout.shape)
+        self._function: Callable[[MiniWorldModel, State, bool, int, int], None]
         if uses_team(experiment, n_worlds):
-            self._function: Any = TeamSimulation(self.model, self.state)
+            self._function = TeamSimulation(model, self.state)
         else:
-            self._dispatcher = cached_jit(
-                _entry_point(experiment), list_hooks(self.state), short_loops=True
-            )
-            self._function = self._dispatcher
+            self._function = self._simulate_blocks
+            self._compiled = self._compile(experiment)
+
+    def _compile(self, experiment: Experiment) -> Callable[..., None]:
+        dispatcher = cached_jit(_entry_point(experiment), list_hooks(self.state), short_loops=True)
+        # This call compiles the function. The range of blocks is empty.
+        arguments = self.model, self.states, False, 0, 0, 0, 0
+        dispatcher(*arguments)
+        return resolve_call(dispatcher, *arguments)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Initialize a generation with genomes [run, agent, module, weight]."""
-        poison_state(self.state, math.prod(self._shape))
-        self.state.generation[0] = generation
-        self.state.genome[:] = self._layout.distribute(genomes)
-        is_start = True
-        arguments = self.model, self.state, is_start, 0, 0
-        self._function(*arguments)
-        # The first call compiles the function. Later calls skip the dispatcher.
-        if self._function is self._dispatcher:
-            self._function = resolve_call(self._dispatcher, *arguments)
+        if poison.is_on():
+            for block in range(self._n_blocks):
+                poison_state(select_element(self.states, block), math.prod(self._shape))
+        self.states.generation[:] = generation
+        if len(genomes) < len(self._run_indices):
+            genomes = genomes[self._run_indices]
+        n_blocks, repeats, block_runs = self._n_blocks, self._layout.repeats, self._block_runs
+        genomes_of_blocks = genomes.reshape(n_blocks, 1, block_runs, *genomes.shape[1:])
+        # All repeats of a lifetime have the same genomes.
+        shape = n_blocks, repeats, *genomes_of_blocks.shape[2:]
+        self.states.genome.reshape(shape)[:] = genomes_of_blocks
+        self._function(self.model, self.state, True, 0, 0)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1."""
-        is_start = False
-        self._function(self.model, self.state, is_start, first_step, last_step)
+        self._function(self.model, self.state, False, first_step, last_step)
+
+    def _simulate_blocks(
+        self, model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
+    ) -> None:
+        """Simulate steps of all blocks. The arguments are those of a `TeamSimulation`."""
+        arguments = model, self.states, is_start, first_step, last_step
+        run_in_ranges(partial(self._compiled, *arguments), self._n_blocks, 1)
+
+    def by_agent(self, name: str) -> npt.NDArray[Any]:
+        """Return a copy [population, agent, row] of an array [row, lane] of the states."""
+        array = find_array(self.states, name)
+        populations, agents = self._shape
+        n_rows = array.shape[1]
+        shape = self._n_blocks, n_rows, self._layout.repeats, self._block_runs, agents
+        values = array[:, :, : populations * agents].reshape(shape)
+        return self._order_runs(values.transpose(2, 0, 3, 4, 1))
+
+    def by_world(self, name: str) -> npt.NDArray[Any]:
+        """Return a copy [world, ...] of an array of the states."""
+        array = find_array(self.states, name)
+        worlds_of_run = self._layout.worlds
+        rows = array.shape[2:]
+        shape = self._n_blocks, self._layout.repeats, self._block_runs, worlds_of_run, *rows
+        by_population = self._order_runs(array.reshape(shape).swapaxes(0, 1))
+        return by_population.reshape(len(by_population) * worlds_of_run, *rows)
+
+    def _order_runs(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return a copy [population, ...] of [repeat, block, run in the block, ...]."""
+        repeats, n_blocks, block_runs, *rows = values.shape
+        by_run = values.copy().reshape(repeats, n_blocks * block_runs, *rows)
+        return by_run[:, : self._n_runs].reshape(repeats * self._n_runs, *rows)
+
+
+def choose_block_runs(experiment: Experiment, n_runs: int, max_worlds: int) -> int:
+    """Return the number of runs in each block, for which the blocks have the fewest lanes."""
+    worlds_of_run = experiment.lifetime.repeats * experiment.population.worlds
+    max_runs = min(n_runs, max(1, max_worlds // worlds_of_run))
+
+    def count_lanes(block_runs: int) -> int:
+        n_lanes = block_runs * worlds_of_run * experiment.agents_per_world
+        return math.ceil(n_runs / block_runs) * math.ceil(n_lanes / WIDTH)
+
+    # Blocks of more runs are better if the number of lanes is equal.
+    return min(range(max_runs, max_runs // 2, -1), key=count_lanes)
+
+
+def make_batch(experiment: Experiment, seed: int, runs: Sequence[int]) -> CpuBatch:
+    """Return a batch of runs in blocks of a few worlds."""
+    return CpuBatch(experiment, seed, runs, max_worlds=BLOCK_WORLDS)
 
 
 def compile_simulation(experiment: Experiment) -> None:

@@ -17,6 +17,7 @@ from baldwinlab.core.resources import format_bytes
 from baldwinlab.engine.gpu import compile_kernel, explain_failure
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
+    find_array,
     list_hooks,
     make_model,
     make_state,
@@ -38,8 +39,6 @@ THREADS_PER_BLOCK: Final = 128
 N_MULTIPROCESSORS: Final = 132
 # Maximum number of agents in a world, which is the maximum number of threads in a block.
 MAX_AGENTS: Final = 1024
-# Arrays of `State` that every generation reads.
-RESULTS: Final = ("eaten_in_life", "positions", "weights")
 
 
 def unavailable_reason() -> str | None:
@@ -111,11 +110,7 @@ class CudaBatch:
             # Only pinned memory is transferred while the CPU does other work.
             self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
             self._genomes[:] = 0
-            self._results = {
-                name: cuda.pinned_array(array.shape, array.dtype)
-                for name, array in self._host._asdict().items()
-                if name in RESULTS
-            }
+            self._results: dict[str, npt.NDArray[Any]] = {}
         source = make_kernel_source(
             self.model, self._host, experiment.lifetime.update == "sequential"
         )
@@ -162,30 +157,38 @@ class CudaBatch:
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
-        state = self.state
-        worlds = slice(len(self._layout.keys))
-        return np.stack([state.item_x[worlds], state.item_y[worlds]], axis=-1)
+        return np.stack([self.by_world("item_x"), self.by_world("item_y")], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Wait for the steps. Return the numbers of eaten items, [population, agent, region]."""
-        return self._by_agent("eaten_in_life")
+        return self.by_agent("eaten_in_life")
 
     def weights(self) -> npt.NDArray[np.float32]:
         """Wait for the steps. Return the current weights, [population, agent, weight]."""
-        return self._by_agent("weights")
+        return self.by_agent("weights")
 
     def positions(self) -> npt.NDArray[np.float32]:
         """Wait for the steps. Return the positions of the agents, [population, agent, (x, y)]."""
-        return self._by_agent("positions")
+        return self.by_agent("positions")
 
-    def _by_agent(self, name: str) -> npt.NDArray[Any]:
-        """Return a copy [population, agent, row] of an array [row, lane] on the GPU."""
-        array: npt.NDArray[Any] = self._results[name]
+    def by_agent(self, name: str) -> npt.NDArray[Any]:
+        """Wait for the steps. Return a copy [population, agent, row] of an array [row, lane]."""
+        array = self._fetch_array(name)
+        return array[:, : math.prod(self._shape)].T.reshape(*self._shape, -1).copy()
+
+    def by_world(self, name: str) -> npt.NDArray[Any]:
+        """Wait for the steps. Return a copy of an array [world, ...]."""
+        return self._fetch_array(name)[: len(self._layout.keys)].copy()
+
+    def _fetch_array(self, name: str) -> npt.NDArray[Any]:
+        """Return an array of the state by its path, copied from the GPU."""
+        source = find_array(self._state, name)
         with explain_failure():
-            getattr(self._state, name).copy_to_host(array, self._stream)
+            if name not in self._results:
+                self._results[name] = cuda.pinned_array(source.shape, source.dtype)
+            source.copy_to_host(self._results[name], self._stream)
             self._stream.synchronize()
-        lanes = slice(math.prod(self._shape))
-        return array[:, lanes].T.reshape(*self._shape, -1).copy()
+        return self._results[name]
 
 
 def _require_supported(experiment: Experiment) -> None:

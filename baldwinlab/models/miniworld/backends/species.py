@@ -120,7 +120,7 @@ def _make_states(
 ) -> list[State]:
     """Allocate the states of all species, which share arrays. `names` are names of species."""
     sizes = [member.population.size for member in members]
-    shared = {
+    shared: dict[str, Any] = {
         name: poison.allocate((worlds, grid.agents), np.dtype(np.float32)) for name in SHARED_ARRAYS
     }
     states: list[State] = []

@@ -12,9 +12,7 @@ import baldwinlab
 from baldwinlab.models.miniworld.backends import cuda
 from baldwinlab.models.miniworld.backends.choice import (
     CPU,
-    GPU_AGENTS,
     GPU_RATES,
-    GPU_WORLDS,
     Workload,
     choose_backend,
     is_gpu_faster,
@@ -94,8 +92,3 @@ def test_a_world_that_does_not_fit_into_a_thread_block_runs_on_the_cpu() -> None
     largest = Workload(10**4, cuda.MAX_AGENTS, 10**6)
     assert choose_backend("auto", largest).name == "cuda"
     assert choose_backend("auto", largest._replace(agents=cuda.MAX_AGENTS + 1)) is CPU
-
-
-def test_a_batch_of_worlds_of_many_agents_has_fewer_worlds() -> None:
-    sizes = [choose_backend("cuda", Workload(agents=agents)).worlds for agents in (1, 20, 1000)]
-    assert sizes == [GPU_WORLDS, GPU_WORLDS, GPU_AGENTS // 1000]
