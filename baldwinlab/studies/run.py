@@ -165,7 +165,8 @@ def run_study(
     """
     study.require_parts()
     study.sweep()
-    tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
+    n_tasks = backend.tasks or workers
+    tasks = plan_tasks(study, missing, n_tasks, backend.worlds, checkpoint_interval, callback)
     tasks = [task._replace(observe=observe) for task in tasks]
     # If several threads simulate a large world, the engine compiles other code for this world.
     with use_threads(count_threads_per_task(workers, len(tasks))):
