@@ -74,9 +74,10 @@ class Checkpointer:
     def save(self, histories: Sequence[History]) -> None:
         """Write the checkpoints of incomplete runs, if the interval has passed."""
         # All runs have the same number of generations.
-        n_generations = histories[0].n_generations
+        if not self._is_due(histories[0].n_generations):
+            return
         incomplete = [history for history in histories if not history.is_complete]
-        if not incomplete or not self._is_due(n_generations):
+        if not incomplete:
             return
         for history in incomplete:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
