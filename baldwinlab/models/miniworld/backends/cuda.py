@@ -182,13 +182,15 @@ class CudaBatch:
 
     def _fetch_array(self, name: str) -> npt.NDArray[Any]:
         """Return an array of the state by its path, copied from the GPU."""
-        source = find_array(self._state, name)
+        host, device = (find_array(state, name) for state in (self._host, self._state))
         with explain_failure():
-            if name not in self._results:
-                self._results[name] = cuda.pinned_array(source.shape, source.dtype)
-            source.copy_to_host(self._results[name], self._stream)
+            # An empty array cannot be pinned.
+            if name not in self._results and host.size:
+                self._results[name] = cuda.pinned_array(host.shape, host.dtype)
+            array = self._results.setdefault(name, host)
+            device.copy_to_host(array, self._stream)
             self._stream.synchronize()
-        return self._results[name]
+        return array
 
 
 def _require_supported(experiment: Experiment) -> None:
