@@ -164,7 +164,8 @@ def breeding_arguments(
     genomes = random.normal(size=(agents, modules, weights)).astype(np.float32)
     fitness = np.round(random.uniform(0, 4, agents))
     uniforms = random.random((agents, 2, 4))
-    draws = random.random((modules * weights, 4))
+    # Breeding stores the numbers of successive genes side by side, as vectorized code needs them.
+    draws = np.asfortranarray(random.random((modules * weights, 4)))
     lifetimes = draw_lifetimes(random, experiment, genomes)
     parents = np.full((agents, 2), -1, np.int32)
     return {
