@@ -1,10 +1,16 @@
-"""Compare the results of an NVIDIA GPU with the results of the CPU.
+"""Check an NVIDIA GPU: the bits of its results against the CPU, and its speed against JAX.
 
     python -m scripts.check_gpu
 
-The script simulates every kind of experiment on both, each kind in a process of its own. Then it
-runs the study of the paper on both, side by side, and compares all record files byte by byte. It
-exits with status 1 if a bit differs.
+The script needs `make cuda`, and takes at most two minutes on a machine with 16 cores. It has four
+steps, each with a time limit:
+
+1. Simulate every kind of experiment on the GPU and on the CPU, each kind in a process of its own.
+2. Measure the speed for several numbers of worlds.
+3. Run the study of the paper on both, side by side, and compare all record files byte by byte.
+4. Measure JAX on the same GPU, if a JAX with support of the GPU is installed.
+
+The script exits with status 1 if a bit differs or a step does not end.
 """
 
 from __future__ import annotations
@@ -13,11 +19,12 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+import time
+from collections.abc import Callable, Mapping, Sequence
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numba
 import numpy as np
@@ -30,11 +37,26 @@ from baldwinlab.models.miniworld.backends import cpu, cuda
 from baldwinlab.models.miniworld.backends.choice import Batch
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
+from benchmarks.gpu import AT_THE_FOOD, draw_genomes, measure_conditions, measure_jax
 
 PARTS_FOLDER = Path(__file__).parents[1] / "examples" / "parts"
-WORLDS = 40
-AT_THE_FOOD = {"start": {"x": 480, "y": 160, "radius": 70}}
 FOOD: dict[str, Any] = {"x": [400, 560], "y": [80, 240]}
+
+
+class Sizes(NamedTuple):
+    """The sizes and the time limits of the steps."""
+
+    worlds: int = 40  # Number of worlds of each kind of experiment.
+    speed_worlds: Sequence[int] = (180, 2_640, 21_120)
+    jax_worlds: int = 2_640
+    runs: int = 30  # Number of runs of each condition of the study.
+    changes: Mapping[str, Any] = {}  # Changes of all experiments, such as {"lifetime": ...}.
+    kinds: Sequence[str] = ()  # Titles of the kinds of experiments; all if empty.
+    # Seconds of each step.
+    limits: Sequence[float] = (50, 20, 30, 20)
+
+
+FULL: Final = Sizes()
 
 
 def make_experiments() -> dict[str, Experiment]:
@@ -64,11 +86,6 @@ def make_experiments() -> dict[str, Experiment]:
     return experiments | {title: base.replace(**change) for title, change in changes.items()}
 
 
-def draw_genomes(experiment: Experiment, worlds: int) -> np.ndarray:
-    shape = (worlds, experiment.population.size, len(experiment.modules), experiment.genome_length)
-    return np.random.default_rng(1).standard_normal(shape, np.float32)
-
-
 def list_differences(experiment: Experiment, worlds: int) -> list[str]:
     """Return the names of arrays that differ between GPU and CPU, without scratch."""
     batches: list[Batch] = [
@@ -95,25 +112,82 @@ def compare_kind(title: str, worlds: int, changes: Mapping[str, Any]) -> str:
     return f"differs in {', '.join(arrays)}" if arrays else ""
 
 
-def compare_kinds(
-    titles: Sequence[str], worlds: int = WORLDS, changes: Mapping[str, Any] | None = None
-) -> bool:
-    """Compare kinds of experiments side by side. Print the results, and return whether all agree.
+def call_side_by_side(
+    function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], seconds: float
+) -> list[Any]:
+    """Call a function in a process for each tuple of arguments. Return the results in this order.
 
-    `changes` are changes of all experiments.
+    A process that is not finished after `seconds` is killed, and its result is a TimeoutError.
+    The result of a process that fails is an EOFError.
     """
-    count = len(titles)
     # A process that has used a GPU cannot be forked.
-    pool = ProcessPoolExecutor(min(count, os.cpu_count() or 1), mp_context=get_context("spawn"))
-    with pool:
-        remarks = pool.map(compare_kind, titles, [worlds] * count, [changes or {}] * count)
-        failed = 0
-        for title, remark in zip(titles, remarks, strict=True):
-            failed += bool(remark)
-            print(f"{title}: {remark or 'bit-identical'}", flush=True)
-    if failed:
-        print(f"{failed} of {count} kinds of experiments differ between GPU and CPU.")
-    return not failed
+    context = get_context("spawn")
+    end = time.monotonic() + seconds
+    calls = []
+    for values in arguments:
+        receiver, sender = context.Pipe(duplex=False)
+        process = context.Process(target=_send_result, args=(sender, function, values))
+        process.start()
+        # The receiver then reaches the end of the pipe when the process ends.
+        sender.close()
+        calls.append((process, receiver))
+    results: list[Any] = []
+    for process, receiver in calls:
+        try:
+            is_finished = receiver.poll(max(0, end - time.monotonic()))
+            results.append(receiver.recv() if is_finished else TimeoutError())
+        except EOFError as error:
+            results.append(error)
+        process.kill()
+        process.join()
+    return results
+
+
+def _send_result(
+    sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]
+) -> None:
+    sender.send(function(*arguments))
+
+
+def describe_failure(result: Any, seconds: float) -> str:
+    """Return why a call has no result, or an empty text if it has one."""
+    if isinstance(result, TimeoutError):
+        return f"not finished after {seconds} s"
+    return "failed" if isinstance(result, EOFError) else ""
+
+
+def compare_kinds(sizes: Sizes, seconds: float) -> bool:
+    """Compare kinds of experiments side by side. Print results, and return whether all agree."""
+    titles = sizes.kinds or list(make_experiments())
+    arguments = [(title, sizes.worlds, sizes.changes) for title in titles]
+    results = call_side_by_side(compare_kind, arguments, seconds)
+    n_failed = 0
+    for title, result in zip(titles, results, strict=True):
+        remark = describe_failure(result, seconds) or result
+        n_failed += bool(remark)
+        print(f"{title}: {remark or 'bit-identical'}", flush=True)
+    if n_failed:
+        print(f"{n_failed} of {len(titles)} kinds of experiments differ or failed.")
+    return not n_failed
+
+
+def measure_speed(sizes: Sizes, seconds: float) -> bool:
+    """Measure and print the speed of the GPU. Return whether the measurement has ended."""
+    return _measure(measure_conditions, (sizes.speed_worlds, sizes.changes), seconds)
+
+
+def measure_speed_of_jax(sizes: Sizes, seconds: float) -> bool:
+    """Measure and print the speed of JAX. Return whether the measurement has ended."""
+    return _measure(measure_jax, (sizes.jax_worlds, sizes.changes), seconds)
+
+
+def _measure(function: Callable[..., None], arguments: tuple[Any, ...], seconds: float) -> bool:
+    """Call a function that prints its measurements. Return whether it has ended."""
+    (result,) = call_side_by_side(function, [arguments], seconds)
+    failure = describe_failure(result, seconds)
+    if failure:
+        print(f"{function.__name__}: {failure}")
+    return not failure
 
 
 def list_different_files(folder: Path, other_folder: Path) -> tuple[list[str], int]:
@@ -128,45 +202,60 @@ def list_different_files(folder: Path, other_folder: Path) -> tuple[list[str], i
     return different, len(names)
 
 
-def run_study(folder: Path, backend: str, options: Mapping[str, Any]) -> None:
-    run(papers.load().experiments(), out=folder, backend=backend, **options)
+def run_study(folder: Path, backend: str, runs: int, changes: Mapping[str, Any]) -> float:
+    """Run the study of the paper. Return the seconds that it took, with compilation."""
+    experiments = [experiment.replace(**changes) for experiment in papers.load().experiments()]
+    start = time.perf_counter()
+    run(experiments, out=folder, backend=backend, runs=runs)
+    return time.perf_counter() - start
 
 
 def compare_studies(
-    folder: Path, backends: Sequence[str] = ("cpu", "cuda"), **options: Any
+    sizes: Sizes, seconds: float, backends: Sequence[str] = ("cpu", "cuda")
 ) -> bool:
     """Run the paper's study on two backends side by side, and compare the record files.
 
-    Print the results, and return whether they agree. `options` are arguments of `baldwinlab.run`.
+    Print the results, and return whether they agree. The studies remain if they differ.
     """
+    folder = Path(tempfile.mkdtemp(prefix="check-gpu-"))
     folders = [folder / f"{number}-{backend}" for number, backend in enumerate(backends)]
-    # The CPU simulates while the kernels of the GPU are compiled.
-    with ProcessPoolExecutor(len(backends), mp_context=get_context("spawn")) as pool:
-        list(pool.map(run_study, folders, backends, [options] * len(backends)))
+    arguments = [
+        (path, backend, sizes.runs, sizes.changes)
+        for path, backend in zip(folders, backends, strict=True)
+    ]
+    results = call_side_by_side(run_study, arguments, seconds)
+    for backend, result in zip(backends, results, strict=True):
+        time_text = describe_failure(result, seconds) or f"{result:.1f} s"
+        print(f"the study of the paper on {backend}: {time_text}")
     different, count = list_different_files(*folders)
-    if different:
+    if different or not count:
         names = ", ".join(different[:3]) + (" and others" if len(different) > 3 else "")
         print(
             f"{len(different)} of {count} record files differ between {' and '.join(backends)}: "
             f"{names}. Both studies are in {folder}."
         )
-    else:
-        print(f"{count} of {count} record files are byte-identical.")
-    return bool(count) and not different
+        return False
+    print(f"{count} of {count} record files are byte-identical.")
+    shutil.rmtree(folder)
+    return True
 
 
-def main() -> int:
+STEPS = (compare_kinds, measure_speed, compare_studies, measure_speed_of_jax)
+
+
+def main(sizes: Sizes = FULL) -> int:
     if problem := cuda.unavailable_reason():
         print(problem)
         return 1
-    device = numba_cuda.get_current_device().name
+    device = getattr(numba_cuda.get_current_device(), "name", "the simulator of a GPU")
     name = device.decode() if isinstance(device, bytes) else device
     print(f"{name}; {os.cpu_count()} cores; numba {numba.__version__}, numpy {np.__version__}")
-    folder = Path(tempfile.mkdtemp(prefix="check-gpu-"))
-    agrees = [compare_kinds(list(make_experiments())), compare_studies(folder, runs=30)]
-    if agrees[1]:
-        shutil.rmtree(folder)
-    return int(not all(agrees))
+    has_succeeded = []
+    for step, seconds in zip(STEPS, sizes.limits, strict=True):
+        start = time.perf_counter()
+        has_succeeded.append(step(sizes, seconds))
+        print(f"{step.__name__}: {time.perf_counter() - start:.1f} s", flush=True)
+    return int(not all(has_succeeded))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import wraps
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from unittest.mock import patch
 
@@ -170,10 +169,10 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     if importlib.util.find_spec("numba_cuda") is None:
         assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
         pytest.skip("needs the extra 'cuda': make cuda")
-    device = SimpleNamespace(compute_capability=(9, 0))
-    context = SimpleNamespace(device=device)
-    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
-    monkeypatch.setattr("numba.cuda.cudadrv.devices.get_context", lambda: context)
+    # The import of the compiler is slow.
+    from tests.engine.gpu_code import use_device
+
+    use_device(monkeypatch, (9, 0))
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.papers.presets import factors, load, paper
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.run import find_missing_runs, run_study
@@ -39,6 +40,7 @@ def make_small_study(
     runs: int = 3,
     seed: int = 5,
     workers: int = 2,
+    backend: Backend = CPU,
 ) -> StudyStore:
     experiments = experiments or [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
     study = create_study(directory, experiments, seed, factors=factors())
@@ -48,6 +50,7 @@ def make_small_study(
         workers,
         ignore_progress,
         ignore_message,
+        backend=backend,
     )
     return study
 

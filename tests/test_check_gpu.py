@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +16,10 @@ import pytest
 
 from baldwinlab.models.miniworld.backends import cpu, cuda
 from scripts import check_gpu
+from tests.small_studies import make_small_study
 
 ROOT = Path(__file__).parents[1]
 SHORT_LIFE = {"lifetime": {"steps": 3}}
-SHORT_STUDY = {"lifetime.steps": 3, "evolution.generations": 2}
 
 
 class DamagedBatch(cpu.CpuBatch):
@@ -44,12 +48,10 @@ def test_a_different_array_and_a_failure_are_reported(
     assert check_gpu.compare_kind("no food", 1, SHORT_LIFE) == remark
 
 
-def test_a_damaged_byte_of_a_record_file_is_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert check_gpu.compare_studies(tmp_path, ("cpu", "cpu"), runs=1, set=SHORT_STUDY)
-    assert "6 of 6 record files are byte-identical." in capsys.readouterr().out
-    study, copy = tmp_path / "0-cpu", tmp_path / "1-cpu"
+def test_a_damaged_byte_of_a_record_file_is_found(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path / "study").directory
+    copy = shutil.copytree(study, tmp_path / "copy")
+    assert check_gpu.list_different_files(study, copy) == ([], 6)
     path = copy / "runs/evo/A/0000.nc"
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
@@ -57,6 +59,29 @@ def test_a_damaged_byte_of_a_record_file_is_found(
     assert check_gpu.list_different_files(study, copy) == (["runs/evo/A/0000.nc"], 6)
     path.unlink()
     assert check_gpu.list_different_files(study, copy) == (["runs/evo/A/0000.nc"], 6)
+
+
+def test_a_study_that_fails_or_does_not_end_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tempfile, "mkdtemp", lambda prefix: str(tmp_path))
+    results = [EOFError(), TimeoutError()]
+    monkeypatch.setattr(check_gpu, "call_side_by_side", lambda *arguments: results)
+    assert not check_gpu.compare_studies(check_gpu.FULL, 30)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == [
+        "the study of the paper on cpu: failed",
+        "the study of the paper on cuda: not finished after 30 s",
+    ]
+    assert lines[2].startswith("0 of 0 record files differ between cpu and cuda")
+
+
+def test_calls_side_by_side_return_results_in_order_and_end_at_the_limit() -> None:
+    assert check_gpu.call_side_by_side(divmod, [(7, 2), (9, 4)], 300) == [(3, 1), (2, 1)]
+    (result,) = check_gpu.call_side_by_side(time.sleep, [(10**6,)], 0)
+    assert isinstance(result, TimeoutError)
+    (result,) = check_gpu.call_side_by_side(os._exit, [(1,)], 300)
+    assert isinstance(result, EOFError)
 
 
 def test_a_machine_without_a_gpu_gets_one_sentence(
@@ -71,12 +96,14 @@ SIMULATION = """
 from scripts import check_gpu
 
 if __name__ == "__main__":
-    assert check_gpu.compare_kinds(["no food", "memory"], 1, {"lifetime": {"steps": 3}})
+    short = {"lifetime": {"steps": 3}, "evolution": {"generations": 2}}
+    kinds = ["no food", "memory"]
+    check_gpu.main(check_gpu.Sizes(1, [1, 2], 1, 1, short, kinds, limits=[600] * 4))
 """
 
 
 @pytest.mark.nightly
-def test_kinds_of_experiments_are_compared_in_the_simulator(tmp_path: Path) -> None:
+def test_all_steps_run_in_the_simulator(tmp_path: Path) -> None:
     simulator = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     # A process that is spawned imports the file.
     script = tmp_path / "simulation.py"
@@ -85,4 +112,14 @@ def test_kinds_of_experiments_are_compared_in_the_simulator(tmp_path: Path) -> N
     output = subprocess.run(
         command, env=os.environ | simulator, cwd=tmp_path, check=True, capture_output=True
     ).stdout.decode()
-    assert output == "no food: bit-identical\nmemory: bit-identical\n"
+    assert "no food: bit-identical\nmemory: bit-identical\ncompare_kinds: " in output
+    rates = re.findall(r"(.*): [\d.e+]+ agent-steps/s", output)
+    assert [re.sub(r"JAX [\d.]+", "JAX", rate) for rate in rates] == [
+        "evo/A, start of the paper, 1 worlds",
+        "evo/A, start of the paper, 2 worlds",
+        "evo+self-taught/A, start of the paper, 1 worlds",
+        "evo+self-taught/A, start of the paper, 2 worlds",
+        "JAX, evo/A, 1 worlds",
+        "JAX, evo+self-taught/A, 1 worlds",
+    ]
+    assert "6 of 6 record files are byte-identical.\ncompare_studies: " in output

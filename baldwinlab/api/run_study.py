@@ -25,6 +25,7 @@ from baldwinlab.experiment.conditions import CONDITIONS, Factors, StudyKind
 from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.models.miniworld.backends.choice import (
     Backend,
+    Workload,
     choose_backend,
     require_species_batch,
 )
@@ -163,10 +164,9 @@ def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
     executor = options.make_executor()
     backend = _choose_backend(options.backend, executor, request)
     parallel_tasks = executor.workers
-    if backend.name == "cuda":
-        # While the GPU simulates one task, the CPU creates the next generation of another task.
-        min_tasks = 2
-        parallel_tasks = max(parallel_tasks, len(request.experiments), min_tasks)
+    if backend.tasks:
+        # While the GPU simulates some tasks, the CPU creates the next generations of the others.
+        parallel_tasks = max(parallel_tasks, len(request.experiments), backend.tasks)
     for experiment in request.experiments:
         require_founders(experiment, request.first_run + request.runs)
     return ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
@@ -184,10 +184,17 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     if name == "auto" and not can_use_gpu:
         name = "cpu"
     if not is_miniworld:
-        return choose_backend(name, request.total_runs)
-    n_agents = max(experiment.agents_per_world for experiment in request.experiments)
-    n_worlds = request.total_runs * min(map(count_worlds, request.experiments))
-    backend = choose_backend(name, n_worlds, n_agents)
+        return choose_backend(name)
+    workload = Workload(
+        worlds=request.total_runs * min(map(count_worlds, request.experiments)),
+        agents=max(experiment.agents_per_world for experiment in request.experiments),
+        steps=min(
+            experiment.evolution.generations * experiment.lifetime.steps
+            for experiment in request.experiments
+        ),
+        cores=executor.workers,
+    )
+    backend = choose_backend(name, workload)
     if has_species:
         require_species_batch(backend)
     return backend

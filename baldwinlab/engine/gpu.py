@@ -3,7 +3,8 @@
 `models/miniworld/backends/cuda_kernels.py` defines the kernels: the functions that a GPU executes.
 All functions that compiled code can call (jit.py, phases.py) are compiled again, for a single lane.
 Neither the compiler nor the linker contracts operations to fused multiply-adds, and division rounds
-as in IEEE 754. In Numba's simulator of a GPU, the same functions are plain Python.
+as in IEEE 754. The machine code of kernels is cached on disk as that of entry points (jit.py). In
+Numba's simulator of a GPU, the same functions are plain Python.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from typing import Any, Final, cast
 import numpy as np
 from numba import config, cuda
 
-from baldwinlab.engine import require_tested_version
+from baldwinlab.core.errors import InterruptedStudyError
+from baldwinlab.engine import cache, require_tested_version
 from baldwinlab.engine.jit import GENERIC, Function
 from baldwinlab.engine.simd import ONE_LANE_FUNCTIONS
 
-COMPILATION_LOCK = threading.Lock()
-"""A lock that prevents two threads from compiling the same kernel."""
+_LOCK: Final = threading.Lock()
+"""A lock that lets one thread at a time compile a kernel, or execute it in the simulator."""
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
 # Options of every function that is compiled for a GPU.
@@ -85,12 +87,49 @@ def _compile(function: Function, **options: Any) -> Function:
     return cast(Function, cuda.jit(function, **_options, **options))
 
 
+def compile_kernel(
+    kernel: Any,
+    hooks: tuple[Callable[..., Any], ...],
+    launch: tuple[Any, ...],
+    arguments: tuple[Any, ...],
+) -> Callable[..., None]:
+    """Compile a kernel for the types of given arguments, or load its code from the cache.
+
+    `hooks`: the hooks and types of parts that the kernel calls. `launch`: number of blocks, number
+    of threads in a block, and stream. Returns the function that launches the kernel, which returns
+    before the kernel ends.
+    """
+    if SIMULATED:
+        return lambda *arguments: _simulate_kernel(kernel, launch, arguments)
+    directory = cache.cache_directory((kernel, *hooks))
+    store = cache.FileCodeStore(directory) if directory else None
+    with without_contraction(), cache.lock_directory(directory):
+        return numba_cuda.compile_kernel(kernel, store, launch, arguments)
+
+
+def _simulate_kernel(kernel: Any, launch: tuple[Any, ...], arguments: tuple[Any, ...]) -> None:
+    """Execute a kernel in the simulator, which has one launch configuration for all threads."""
+    with _LOCK:
+        kernel[launch](*arguments)
+
+
+@contextmanager
+def explain_failure() -> Iterator[None]:
+    """Raise an error of the GPU within the block as an error with a sentence for the user."""
+    try:
+        yield
+    # A driver can raise any exception. The simulator raises the errors of parts.
+    except Exception as error:
+        if SIMULATED:
+            raise
+        raise InterruptedStudyError(
+            f"the GPU failed: {error}. Repeat the command, or use the backend cpu"
+        ) from error
+
+
 @contextmanager
 def without_contraction() -> Iterator[None]:
     """Compile without fused multiply-adds, which NVVM makes by default, within the block."""
-    if SIMULATED:
-        yield
-        return
-    with COMPILATION_LOCK, numba_cuda.without_contraction():
+    with _LOCK, numba_cuda.without_contraction():
         _register_functions()
         yield

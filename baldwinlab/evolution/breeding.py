@@ -16,7 +16,7 @@ import numpy as np
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.evolution.founders import draw_genomes
-from baldwinlab.evolution.genes import inherit_genes, make_gene_table, require_finite
+from baldwinlab.evolution.genes import are_finite, inherit_genes, make_gene_table, require_finite
 from baldwinlab.evolution.inheritance import apply_teacher_control
 from baldwinlab.evolution.rng_key import (
     Fitness,
@@ -49,7 +49,7 @@ def make_generation(
     """
     parent_settings = experiment.at(keys.generation - 1)
     # The error names the responsible parts. The search for them takes time, so a test precedes it.
-    if not np.isfinite(genomes).all():
+    if not are_finite(genomes):
         fields = _fields_that_change_genomes(parent_settings)
         require_finite(experiment, keys.previous(), genomes, *fields)
     if parent_settings.part("evolution.inheritance").resamples_genomes:
@@ -105,11 +105,10 @@ def make_children(
     In `parents`, each `ITSELF` is replaced by the survivor. The function raises RefusedError if a
     gene is not finite.
     """
-    # NaN marks a gene that the variation does not write.
-    children = np.full_like(genomes, np.nan)
-    # The variation can read the genes of parts, and cannot change them.
+    children = poison.empty(genomes.shape, genomes.dtype)
+    first_gene = make_gene_table(experiment).first
     genes = inherit_genes(experiment, keys, genomes, parents, children)
-    broods = Broods(keys, genomes, fitness, parents, children)
+    broods = Broods(keys, genomes, fitness, parents, first_gene, genes, children)
     n_runs, n_children = children.shape[:2]
     for call in list_part_calls(experiment, "variation", n_runs, run_arrays):
         if type(call.values).part.has_independent_children():
@@ -118,7 +117,6 @@ def make_children(
             split_runs(children_of_call, 1, partial(_breed_range, call, breed_independent, broods))
         else:
             split_runs(call.runs, n_children, partial(_breed_range, call, breed_runs, broods))
-    children[:, :, 0, make_gene_table(experiment).genes] = genes
     require_finite(experiment, keys, children, "evolution.variation")
     return children
 
@@ -130,6 +128,8 @@ class Broods(NamedTuple):
     genomes: Genome  # [run, agent, module, weight].
     fitness: Fitness  # [run, agent].
     parents: Parents  # [run, child, 2].
+    first_gene: int  # Index of the first gene of the parts in the first module of a genome.
+    genes: Genome  # [run, child, gene]: genes of parts of the children.
     children: Genome  # Output, [run, child, module, weight].
 
 
@@ -138,7 +138,8 @@ def _breed_range(
 ) -> None:
     """Call a function that creates children with memory for their random numbers."""
     _, _, n_modules, n_weights = broods.children.shape
-    draws = poison.empty((n_modules * n_weights, 4))
+    # [gene, 4]. The numbers of successive genes are adjacent, so that LLVM vectorizes the loops.
+    draws = poison.empty((4, n_modules * n_weights)).T
     cached_jit(function, call.code)(call.values, broods, draws, first, end)
 
 
@@ -154,18 +155,12 @@ def breed_independent(
     while first < end_child:
         run = first // n_children
         end = min(end_child, (run + 1) * n_children)
-        brood = Brood(
-            key=GenerationKey(broods.keys.seed, broods.keys.runs[run], broods.keys.generation),
-            genome=broods.genomes[run],
-            fitness=broods.fitness[run],
-            parents=broods.parents[run],
-            draws=draws,
-            children=broods.children[run],
-        )
         first_of_run = first - run * n_children
         end_of_run = end - run * n_children
+        brood = _begin_brood(broods, draws, run, first_of_run, end_of_run)
         vary_children(variation, brood, first_of_run, end_of_run)
         _complete_parents(brood.parents, first_of_run, end_of_run)
+        _write_genes(broods, run, first_of_run, end_of_run)
         first = end
 
 
@@ -173,16 +168,39 @@ def breed_runs(
     variation: Any, broods: Broods, draws: Fitness, first_run: int, end_run: int
 ) -> None:
     """Create all children of a range of runs."""
+    n_children = broods.children.shape[1]
     for run in range(first_run, end_run):
-        brood = Brood(
-            key=GenerationKey(broods.keys.seed, broods.keys.runs[run], broods.keys.generation),
-            genome=broods.genomes[run],
-            fitness=broods.fitness[run],
-            parents=broods.parents[run],
-            draws=draws,
-            children=broods.children[run],
-        )
-        breed_children(variation, brood)
+        breed_children(variation, _begin_brood(broods, draws, run, 0, n_children))
+        _write_genes(broods, run, 0, n_children)
+
+
+@compiled
+def _begin_brood(
+    broods: Broods, draws: Fitness, run: int, first_child: int, end_child: int
+) -> Brood:
+    """Return the brood of a run, with only the genes of parts in a range of its children."""
+    children = broods.children[run]
+    # NaN marks a gene that the variation does not write.
+    children[first_child:end_child] = np.nan
+    # The variation can read the genes of parts.
+    _write_genes(broods, run, first_child, end_child)
+    return Brood(
+        key=GenerationKey(broods.keys.seed, broods.keys.runs[run], broods.keys.generation),
+        genome=broods.genomes[run],
+        fitness=broods.fitness[run],
+        parents=broods.parents[run],
+        draws=draws,
+        children=children,
+    )
+
+
+@compiled
+def _write_genes(broods: Broods, run: int, first_child: int, end_child: int) -> None:
+    """Write the genes of parts of a range of children, which the variation cannot change."""
+    for child in range(first_child, end_child):
+        genes = broods.genes[run, child]
+        for gene in range(genes.size):
+            broods.children[run, child, 0, broods.first_gene + gene] = genes[gene]
 
 
 @compiled

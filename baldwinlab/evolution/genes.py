@@ -9,6 +9,7 @@ inherited before the variation, so that the variation can read them in the genom
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
 
@@ -59,7 +60,7 @@ def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, .
 
     The indices are (agent, module, weight), or (run, agent, module, weight) for a genome file.
     """
-    if np.isfinite(genome).all():
+    if are_finite(genome):
         return ()
     faulty = ~np.isfinite(genome)
     # The part that defines the format of genomes declares which genes may be infinite.
@@ -69,6 +70,21 @@ def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, .
     faulty[..., infinite_genes] = np.isnan(genome[..., infinite_genes])
     positions = np.argwhere(faulty)
     return tuple(positions[0].tolist()) if len(positions) > 0 else ()
+
+
+def are_finite(genome: Genome) -> bool:
+    """Return whether all genes of genomes of any shape are finite."""
+    return _count_infinite(genome.ravel()) == 0
+
+
+@jit_entry_point
+def _count_infinite(genes: npt.NDArray[np.float32]) -> int:
+    """Return the number of genes that are infinite or NaN."""
+    count = 0
+    # LLVM vectorizes the loop, because it does not end early.
+    for gene in range(genes.size):
+        count += not math.isfinite(genes[gene])
+    return count
 
 
 def _name_parts(experiment: BaseExperiment, path: str) -> str:

@@ -86,7 +86,7 @@ class Selections(NamedTuple):
     parents: Parents  # Output, [run, child, 2].
 
 
-class Scratch(NamedTuple):
+class SelectionScratch(NamedTuple):
     """Memory that a selection uses for one run after another."""
 
     shares: Fitness  # [agent].
@@ -103,7 +103,7 @@ def _select_range(
 ) -> None:
     """Fill the parents of a range of runs."""
     n_agents = selections.fitness.shape[1]
-    scratch = Scratch(poison.empty(n_agents), poison.empty(n_agents, np.int64))
+    scratch = SelectionScratch(poison.empty(n_agents), poison.empty(n_agents, np.int64))
     select_in_range = cached_jit(select_in_runs, call.code)
     select_in_range(call.values, elite, selections, scratch, lifetimes, first_run, end_run)
 
@@ -115,7 +115,7 @@ def _select_with_lifetimes(
     run: int,
     elite: int,
     selections: Selections,
-    scratch: Scratch,
+    scratch: SelectionScratch,
 ) -> None:
     keys = selections.keys
     generation = Generation(
@@ -137,7 +137,7 @@ def select_in_runs(
     scheme: Any,
     elite: int,
     selections: Selections,
-    scratch: Scratch,
+    scratch: SelectionScratch,
     lifetimes: Lifetimes,
     first_run: int,
     end_run: int,

@@ -59,15 +59,22 @@ class Crossover(Variation, name="crossover"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                inherited = choose_gene(mating, module, weight, takes_fitter)
                 child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
+
+
+@compiled
+def choose_gene(mating: Mating, module: int, weight: int, takes_fitter: bool) -> Any:
+    """Return a gene of the fitter or of the second parent."""
+    # Both genes are read, because a processor predicts half of such random branches wrongly.
+    gene_of_fitter = mating.fitter[module, weight]
+    gene_of_second = mating.second[module, weight]
+    return gene_of_fitter if takes_fitter else gene_of_second
 
 
 @compiled
@@ -109,14 +116,12 @@ class Gaussian(Crossover, name="gaussian"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
         child = mating.child
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                inherited = choose_gene(mating, module, weight, takes_fitter)
                 weight_gate = mating.gate if part.mutation_gate else mating.draws[draw, 1]
                 if weight_gate < part.mutation_rate:
                     inherited += np.float32(
@@ -135,8 +140,6 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
         child = mating.child
         # The cut is an index in the row of the weights of all modules. `mating.gate` must not
         # determine the cut, because the gate can decide whether the child mutates.
@@ -144,8 +147,8 @@ class OnePointCrossover(Crossover, name="one-point-crossover"):
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                uses_fitter = is_from_fitter(draw, cut, mating.draws[0, 0])
-                inherited = fitter[module, weight] if uses_fitter else second[module, weight]
+                takes_fitter = is_from_fitter(draw, cut, mating.draws[0, 0])
+                inherited = choose_gene(mating, module, weight, takes_fitter)
                 child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
 
@@ -161,14 +164,11 @@ class Copy(Variation, name="copy"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
         child = mating.child
+        takes_fitter = mating.draws[0, 0] < 0.5
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                inherited = (
-                    fitter[module, weight] if mating.draws[0, 0] < 0.5 else second[module, weight]
-                )
+                inherited = choose_gene(mating, module, weight, takes_fitter)
                 draw = module * child.shape[1] + weight
                 child[module, weight] = mutate_uniformly(part, mating, inherited, draw)
 
@@ -265,8 +265,6 @@ class SelfAdaptive(Variation, name="self-adaptive"):
 
     @staticmethod
     def vary(part: Any, mating: Mating) -> None:
-        fitter = mating.fitter
-        second = mating.second
         child = mating.child
         # The gene has been inherited and has mutated before this hook.
         step_size = np.float64(child[0, part.step_size])
@@ -274,6 +272,6 @@ class SelfAdaptive(Variation, name="self-adaptive"):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 takes_fitter = mating.draws[draw, 0] < 0.5
-                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                inherited = choose_gene(mating, module, weight, takes_fitter)
                 mutation = np.float32(step_size * normal_quantile(mating.draws[draw, 1]))
                 child[module, weight] = inherited + mutation

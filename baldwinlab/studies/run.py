@@ -113,13 +113,13 @@ def plan_tasks(
         runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
-            if file_size == 1:
-                # Equal tasks end at about the same time.
-                runs_per_task = math.ceil(len(runs) / max(1, math.ceil(len(runs) / runs_per_task)))
-            for start in range(0, len(runs), max(1, runs_per_task)):
+            n_tasks = math.ceil(len(runs) / runs_per_task)
+            # Equal tasks end at about the same time, and unequal tasks fill files.
+            size = math.ceil(len(runs) / n_tasks) if file_size == 1 else runs_per_task
+            for start in range(0, len(runs), size):
                 task = RunTask(
                     experiment=experiment,
-                    runs=tuple(runs[start : start + runs_per_task]),
+                    runs=tuple(runs[start : start + size]),
                     # The last stored generation is simulated again.
                     n_stored=max(0, n_generations - 1),
                     is_new=n_generations == 0,
@@ -135,7 +135,7 @@ def _group_by_stored(
 ) -> dict[int, list[int]]:
     """Return the runs by number of stored generations: {0: [3, 4], 50: [2]}."""
     experiment = study.experiments[condition]
-    groups: dict[int, list[int]] = {0: []}
+    groups: dict[int, list[int]] = {}
     stored = read_stored_lengths(study.directory, experiment, study.seed, runs)
     for run in runs:
         n_generations = stored[run].n_generations if run in stored else 0
@@ -165,7 +165,8 @@ def run_study(
     """
     study.require_parts()
     study.sweep()
-    tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
+    n_tasks = backend.tasks or workers
+    tasks = plan_tasks(study, missing, n_tasks, backend.worlds, checkpoint_interval, callback)
     tasks = [task._replace(observe=observe) for task in tasks]
     # If several threads simulate a large world, the engine compiles other code for this world.
     with use_threads(count_threads_per_task(workers, len(tasks))):

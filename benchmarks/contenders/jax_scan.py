@@ -45,8 +45,11 @@ def agent_steps(setting: Setting) -> int:
 
 
 def prepare(setting: Setting, genomes: Genomes) -> Simulate:
-    newborns = np.asarray(genomes, np.float32)
-    worlds = WORLDS[setting.learns]
+    return make_simulation(setting, np.asarray(genomes, np.float32), WORLDS[setting.learns])
+
+
+def make_simulation(setting: Setting, newborns: np.ndarray, worlds: int) -> Simulate:
+    """Return a function that simulates worlds, which use `newborns` [world, ...] in turn."""
     compiled = jax.jit(jax.vmap(lambda genome, key: simulate_life(setting, genome, key)[0].eaten))
 
     def simulate(seed: int) -> np.ndarray:

@@ -9,7 +9,6 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.run_study import StudyRequest, _choose_backend
 from baldwinlab.models.miniworld.backends import cuda
-from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS
 from baldwinlab.studies import checkpoints
 from baldwinlab.studies.executors import THREADS
 from tests.small_studies import shorten_preset
@@ -22,10 +21,11 @@ def test_many_runs_of_species_use_the_cpu_if_a_gpu_is_available(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
-    single = make_small_experiment("evo")
-    species = make_small_experiment("evo", population={"species": SPECIES})
+    long_life = {"lifetime": {"steps": 10**6}}
+    single = make_small_experiment("evo", **long_life)
+    species = make_small_experiment("evo", population={"species": SPECIES}, **long_life)
     for experiment, name in ((single, "cuda"), (species, "cpu")):
-        request = StudyRequest([experiment], tmp_path, runs=MIN_GPU_WORLDS, seed=0)
+        request = StudyRequest([experiment], tmp_path, runs=10**4, seed=0)
         assert _choose_backend("auto", THREADS, request).name == name
     with pytest.raises(ValueError, match="runs on the CPU only"):
         _choose_backend("cuda", THREADS, StudyRequest([species], tmp_path, runs=1, seed=0))

@@ -4,12 +4,42 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
+from types import SimpleNamespace
 from typing import Any
+
+import pytest
 
 from baldwinlab.engine.gpu import without_contraction
 
 # The lowest nine bits of an instruction of 16 bytes, from compute capability 7.0 on.
 OPERATIONS = {0x20: "multiply", 0x21: "add", 0x23: "fused multiply-add"}
+
+
+def use_device(monkeypatch: pytest.MonkeyPatch, compute_capability: tuple[int, int]) -> None:
+    """Let numba-cuda compile and link for a device that the machine does not have."""
+    device = SimpleNamespace(compute_capability=compute_capability)
+    context = SimpleNamespace(device=device)
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+    monkeypatch.setattr("numba.cuda.cudadrv.devices.get_context", lambda: context)
+    # After a compilation, the dispatcher loads the code on the device, and so links it before.
+    monkeypatch.setattr(
+        "numba.cuda.dispatcher._Kernel.bind", lambda self: self._codelibrary.get_cubin()
+    )
+
+
+def count_compilations(monkeypatch: pytest.MonkeyPatch) -> list[None]:
+    """Return a list with an entry for each kernel that numba-cuda compiles from now on."""
+    from numba.cuda.cudadrv import nvvm
+
+    compilations: list[None] = []
+    compile_ir = nvvm.compile_ir
+
+    def count_and_compile(*arguments: Any, **options: Any) -> Any:
+        compilations.append(None)
+        return compile_ir(*arguments, **options)
+
+    monkeypatch.setattr(nvvm, "compile_ir", count_and_compile)
+    return compilations
 
 
 def compile_kernel(kernel: Any, arguments: tuple[Any, ...]) -> Any:

@@ -177,6 +177,19 @@ CUDA_NAMES = [
         GPU,
         "self, array, data=, shape=, strides=, itemsize=, meminfo=",
     ),
+    Name("numba.cuda.dispatcher.CUDADispatcher.compile", CACHE, "self, types"),
+    Name("numba.cuda.dispatcher.CUDADispatcher.configure", CALLS, "self, blocks, threads, stream"),
+    Name("numba.cuda.dispatcher.CUDADispatcher.typeof_pyval", CALLS, "self, value"),
+    Name("numba.cuda.dispatcher._Kernel.launch", CALLS, "self, arguments, blocks, threads, stream"),
+    *(Name(f"configuration.{name}", CALLS) for name in ("griddim", "blockdim", "stream")),
+    Name("configuration.dispatcher.targetoptions", CACHE),
+    Name("numba.cuda.dispatcher._Kernel.codegen", CACHE),
+    Name("numba.cuda.dispatcher._Kernel._reduce_states", CACHE, "self"),
+    Name("numba.cuda.dispatcher._Kernel._rebuild", CACHE),
+    Name("numba.cuda.codegen.CUDACodeLibrary._reduce_states", CACHE, "self"),
+    Name("numba.cuda.codegen.CUDACodeLibrary._rebuild", CACHE),
+    Name("numba.cuda.codegen.JITCUDACodegen.magic_tuple", CACHE, "self"),
+    Name("numba.cuda.serialize.dumps", CACHE, "data"),
 ]
 
 

@@ -86,7 +86,9 @@ def test_the_names_exist() -> None:
 
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda")
 def test_the_names_of_the_gpu_compiler_exist() -> None:
-    require(CUDA_NAMES, {})
+    from numba import cuda
+
+    require(CUDA_NAMES, {"configuration": cuda.jit(_add).configure(1, 1)})
 
 
 class Pair(NamedTuple):
@@ -156,9 +158,9 @@ def test_calls_of_the_random_numbers_of_numba_are_recognized_by_name() -> None:
 
 
 PYTHON_NAMES = {"__init__", "copy", "encode", "get", "hexdigest", "join", "loads", "reset", "set"}
-PYTHON_NAMES |= {"items", "sha256", "values"}
+PYTHON_NAMES |= {"items", "pop", "sha256", "values"}
 ENGINE_NAMES = {"_pass_builder", "discard", "finish_lowering", "library_class", "read", "write"}
-ENGINE_NAMES |= {"read_bitcode"}
+ENGINE_NAMES |= {"read_bitcode", "_files", "_key", "_options"}
 UNAMBIGUOUS = {"calltypes", "fndesc", "overloads", "targetctx", "typemap"}
 AMBIGUOUS = {
     # Other packages have these names too.

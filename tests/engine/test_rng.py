@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import re
 
+import numba
 import numpy as np
+import numpy.typing as npt
 import pytest
 from scipy.stats import kstest
 
 from baldwinlab.engine import rng
+from baldwinlab.engine.jit import OPTIONS, cached_jit
 
 PURPOSES = (
     rng.BIRTHPLACE,
@@ -61,6 +65,29 @@ def test_the_numbers_do_not_depend_on_the_size_of_the_draw() -> None:
     np.testing.assert_array_equal(
         rng.words(1, 2, 3, 0, (9, 7))[:4, :2], rng.words(1, 2, 3, 0, (4, 2))
     )
+
+
+def draw_numbers(out: npt.NDArray[np.float64]) -> None:
+    rng.draw_uniforms(1, 2, 3, 4, 5, out)
+
+
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
+def test_the_numbers_depend_neither_on_the_order_in_memory_nor_on_vectorization() -> None:
+    draw = cached_jit(draw_numbers)
+    words = [rng.philox(number, 5, 3, 4, 1, 2) for number in range(40)]
+    expected = np.array([[rng.uniform(word) for word in row] for row in words])
+    for n_draws in range(len(expected) + 1):
+        for out in (np.empty((n_draws, 4)), np.empty((4, n_draws)).T):
+            draw(out)
+            np.testing.assert_array_equal(out, expected[:n_draws])
+
+
+def test_several_draws_are_computed_at_once_if_their_numbers_are_adjacent() -> None:
+    fresh = numba.njit(no_cfunc_wrapper=True, **OPTIONS)(draw_numbers)
+    fresh(np.empty((4, 40)).T)
+    (code,) = fresh.inspect_llvm().values()
+    # Multiplications of vectors, and not of single numbers.
+    assert re.search(r"mul .*<\d+ x i64>", code)
 
 
 def test_uniform_numbers_are_uniform_in_the_open_interval() -> None:

@@ -15,6 +15,7 @@ import pytest
 from scipy.stats import binomtest, kstest
 
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.genome_file import encode_genomes
@@ -240,6 +241,12 @@ class OneModuleAlone(Variation, name="one-module-alone"):
             mating.child[0, weight] = mating.fitter[0, weight]
 
 
+class ChildlessPopulation(Variation, name="childless-population"):
+    @staticmethod
+    def vary_population(part, brood):
+        pass
+
+
 class InfiniteFounders(Variation, name="infinite-founders"):
     @staticmethod
     def init_founders(part, genome):
@@ -262,6 +269,11 @@ class Diverges(LearningRule, name="diverges"):
             {"evolution": {"variation": "one-module-alone"}},
             r"^evolution\.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' "
             "of agent 0 .* in generation 1 of run 4",
+        ),
+        (
+            "evo",
+            {"evolution": {"variation": "childless-population"}},
+            r"gene 0 of the module 'action' of agent 0 .*\(nan\), in generation 1 of run 4",
         ),
         (
             "evo",
@@ -288,7 +300,8 @@ def test_a_part_that_leaves_a_gene_unwritten_or_infinite_is_refused(
 ) -> None:
     load_text(FAULTY_PARTS, Path("parts.py"))
     experiment = make_small_experiment(condition, **changes)
-    with pytest.raises(RefusedError, match=message) as error:
+    # The numbers of pattern 2 are finite, so that new memory does not contain NaN by chance.
+    with poison.use_pattern(2), pytest.raises(RefusedError, match=message) as error:
         simulate(experiment, run=4)
     assert len(str(error.value).splitlines()) == 1
 

@@ -12,6 +12,7 @@ import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.simulation.history import Histories
+from baldwinlab.simulation.records import encode_history
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest_record
 from baldwinlab.studies.creation import create_study, extend_study
@@ -84,6 +85,20 @@ def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_pat
     complete = make_small_study(tmp_path / "whole", [experiment], runs=2)
     assert read_records(study.directory) == read_records(complete.directory)
     assert not list(study.directory.rglob("*.checkpoint"))
+
+
+def test_a_run_that_begins_again_removes_the_checkpoint_of_its_first_generation(
+    tmp_path: Path,
+) -> None:
+    experiment = shorten_preset("evo/A")
+    study = create_study(tmp_path, [experiment], seed=5)
+    (history,) = simulate_histories(experiment.replace(evolution={"generations": 1}), 5, [0])
+    path = checkpoint_path(study.directory, experiment.name, 0)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(encode_history(history))
+    complete_runs(study, 1)
+    assert study.runs(experiment.name) == [0]
+    assert not path.exists()
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", None], ids=["empty", "text", "cut"])

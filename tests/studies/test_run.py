@@ -16,7 +16,13 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.files import parse_location
 from baldwinlab.engine.threads import count_threads
-from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.choice import (
+    CPU,
+    GPU_TASKS,
+    GPU_WORLDS,
+    Backend,
+)
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import executors
@@ -103,6 +109,38 @@ def test_a_sentence_states_the_number_of_workers(
 ) -> None:
     monkeypatch.setattr(executors, "available_cores", lambda: 16)
     assert describe_workers(executor, workers, tasks) == sentence
+
+
+def test_while_a_task_waits_for_the_gpu_the_other_tasks_continue(tmp_path: Path) -> None:
+    barrier = threading.Barrier(GPU_TASKS)
+
+    class WaitingBatch(CpuBatch):
+        """A batch whose lifetimes end only when all tasks have begun this generation."""
+
+        def eaten_in_life(self) -> Any:
+            eaten = super().eaten_in_life()
+            # The compilation before the study simulates a single run.
+            if len(eaten) > 1:
+                barrier.wait(timeout=300)
+            return eaten
+
+    experiment = shorten_preset("evo/A")
+    n_runs = 2 * GPU_TASKS
+    gpu = Backend("cuda", WaitingBatch, worlds=1000, tasks=GPU_TASKS)
+    waiting = make_small_study(
+        tmp_path / "waiting", [experiment], n_runs, workers=GPU_TASKS, backend=gpu
+    )
+    expected = make_small_study(tmp_path / "expected", [experiment], n_runs)
+    assert read_records(waiting.directory) == read_records(expected.directory)
+
+
+@pytest.mark.parametrize(("runs", "sizes"), [(2_640, [660] * 4), (100_000, [6_250] * 16)])
+def test_the_runs_of_a_condition_fill_the_tasks_of_a_gpu_but_not_all_workers(
+    runs: int, sizes: list[int], tmp_path: Path
+) -> None:
+    study = make_small_study(tmp_path, [load("evo/A")], runs=0)
+    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, GPU_TASKS, GPU_WORLDS)
+    assert [len(task.runs) for task in tasks] == sizes
 
 
 @pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1000, [2, 1]), (500, [3])])

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
-from baldwinlab.engine.phases import make_part_type
+from baldwinlab.engine.phases import hook_functions, make_part_type
 from baldwinlab.models.miniworld.allocation import reads_other_agents
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.items import (
@@ -136,6 +136,8 @@ class _AgentInBlock(_SingleAgentThread):
 
 SingleAgentThread = make_part_type(_SingleAgentThread, CONTENDING_AGENTS)
 AgentInBlock = make_part_type(_AgentInBlock, CONTENDING_AGENTS)
+AGENT_HOOKS: Final = (*hook_functions(_SingleAgentThread), *hook_functions(_AgentInBlock))
+"""The hooks of this module, which the kernels call by the type of the agents."""
 
 
 def _make_simulation(agents_type: Any) -> Any:

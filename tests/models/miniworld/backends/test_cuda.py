@@ -17,16 +17,25 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
+from baldwinlab.core.resources import format_bytes
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.miniworld import count_worlds
-from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
+from baldwinlab.models.miniworld.allocation import (
+    list_hooks,
+    make_model,
+    make_state,
+    named_arrays,
+    state_bytes,
+)
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
-from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
+from baldwinlab.models.miniworld.backends.choice import Batch, Workload, choose_backend
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
-from tests.engine.gpu_code import compile_kernel
+from tests.engine.gpu_code import compile_kernel, count_compilations, use_device
+from tests.engine.processes import run_python
 from tests.worlds import make_small_experiment
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
@@ -254,6 +263,32 @@ def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, case: s
         assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
+def load_kernels() -> None:
+    """Load the kernels of an experiment from the cache. Print the number of compilations."""
+    from baldwinlab.engine import gpu
+
+    with pytest.MonkeyPatch.context() as patch:
+        use_device(patch, (9, 0))
+        compilations = count_compilations(patch)
+        model, state = make_model(make_experiment(), 2), make_state(make_experiment(), 2)
+        source = cuda_kernels.make_kernel_source(model, state, False)
+        part = type(state.network).part
+        birth = cuda_kernels.make_birth_kernel(512)
+        simulation = cuda_kernels.make_simulation_kernel(512, source, part)
+        arguments = (model, state, np.zeros((2, 1), np.int32))
+        gpu.compile_kernel(birth, list_hooks(state), (1, 1, 0), arguments)
+        gpu.compile_kernel(simulation, list_hooks(state), (1, 1, 0), (*arguments, 0, 0))
+        print(len(compilations))
+
+
+@pytest.mark.nightly
+def test_the_next_process_loads_the_kernels_of_an_experiment(h200: None, tmp_path: Path) -> None:
+    command = "from tests.models.miniworld.backends import test_cuda; test_cuda.load_kernels()"
+    environment = {"BALDWINLAB_CACHE": str(tmp_path / "cache")}
+    outputs = [run_python(command, environment=environment).stdout for _ in range(2)]
+    assert outputs == ["2\n", "0\n"]
+
+
 def test_a_block_has_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
     from numba.cuda import compile_ptx, types
 
@@ -280,22 +315,29 @@ def test_an_unavailable_backend_is_refused_in_a_sentence(monkeypatch: pytest.Mon
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
     assert cuda.unavailable_reason() == "backend cuda needs an NVIDIA GPU, and none was found"
-    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cpu"
+    assert choose_backend("auto", Workload(10**4, agents=20, steps=10**6)).name == "cpu"
 
 
-def test_the_backend_depends_on_the_number_of_worlds_and_agents(
+def test_a_world_of_more_agents_than_a_thread_block_has_threads_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
-    assert choose_backend("cpu", 10**6).name == "cpu"
-    assert choose_backend("auto", 1).name == "cpu"
-    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cuda"
-    assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.MAX_AGENTS + 1).name == "cpu"
-    assert choose_backend("cuda").batch is cuda.CudaBatch
-    with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
-        choose_backend("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
         cuda.CudaBatch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
+
+
+def test_a_batch_that_exceeds_the_memory_of_the_gpu_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    experiment = make_experiment()
+    n_bytes = state_bytes(experiment, 1000)
+    memory = SimpleNamespace(free=n_bytes)
+    context = SimpleNamespace(get_memory_info=lambda: memory)
+    monkeypatch.setattr("numba.cuda.current_context", lambda: context)
+    cuda._require_memory(experiment, 1000)
+    message = f"the GPU has {format_bytes(n_bytes)} of free memory, but a batch of 2,000 worlds"
+    with pytest.raises(RefusedError, match=message):
+        cuda._require_memory(experiment, 2000)
 
 
 @pytest.mark.parametrize(
