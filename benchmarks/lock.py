@@ -6,14 +6,17 @@ runs `baldwinlab COMMAND ...`, and writes its times as JSON into FILE. THREADS t
 tasks of the study. With one thread and `--workers 16`, the study has the tasks of 16 workers, and
 their times are correct.
 
-Code that Numba compiled runs without the lock of the interpreter, so several threads can run it at
-the same time. The rest of the CPU time counts as time under the lock. This is an upper limit,
-because NumPy and checksums also release the lock for a part of their time.
+Code that Numba compiled, checksums and the synchronization of files run without the lock of the
+interpreter, so several threads can run them at the same time. The rest of the CPU time counts as
+time under the lock, although NumPy and the writing of files also release it for a part of their
+time. On the other hand, a compiled function reads its arguments under the lock.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -33,17 +36,17 @@ class Times:
 
     elapsed: float
     cpu: float  # CPU time of all threads.
-    compiled: float  # CPU time in compiled functions.
+    released: float  # CPU time in functions that release the lock.
 
     def __sub__(self, start: Times) -> Times:
         return Times(
-            self.elapsed - start.elapsed, self.cpu - start.cpu, self.compiled - start.compiled
+            self.elapsed - start.elapsed, self.cpu - start.cpu, self.released - start.released
         )
 
     @property
     def under_lock(self) -> float:
-        """CPU time outside of compiled functions."""
-        return self.cpu - self.compiled
+        """CPU time outside of the functions that release the lock."""
+        return self.cpu - self.released
 
     @property
     def serial_share(self) -> float:
@@ -54,25 +57,27 @@ class Times:
 class Clock:
     """Times since the start of the process. It counts compiled functions looked up from now on.
 
-    The compiled time is correct if one thread at a time calls compiled functions.
+    The time without the lock is correct if one thread at a time calls the functions.
     """
 
     def __init__(self) -> None:
-        self._compiled = 0.0
+        self._released = 0.0
         find = dispatchers.find_compiled_function
         dispatchers.find_compiled_function = lambda *arguments: self._measure(find(*arguments))
+        for module, name in ((hashlib, "sha256"), (os, "fsync")):
+            setattr(module, name, self._measure(getattr(module, name)))
 
     def _measure(self, function: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any) -> Any:
             start = time.thread_time()
             result = function(*arguments)
-            self._compiled += time.thread_time() - start
+            self._released += time.thread_time() - start
             return result
 
         return call
 
     def read(self) -> Times:
-        return Times(time.perf_counter(), time.process_time(), self._compiled)
+        return Times(time.perf_counter(), time.process_time(), self._released)
 
 
 def main() -> None:

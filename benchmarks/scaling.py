@@ -84,7 +84,7 @@ def measure(work: Work, workers: int, threads: int) -> dict[str, Times]:
 
 def predict_speedup(single: Times, measured: Times, workers: int) -> float:
     """Return the speed-up, compared with `single`, of the work of `measured` by Amdahl's law."""
-    return single.cpu / (measured.under_lock + measured.compiled / workers)
+    return single.cpu / (measured.under_lock + measured.released / workers)
 
 
 def format_work(work: Work, measured: dict[int, dict[str, Times]], tasks: dict[str, Times]) -> str:

@@ -238,7 +238,9 @@ class BatchKeys:
         """Return the key of a history: types and shapes of its arrays, and shared attributes."""
         layout = self._layouts.get(history.n_generations)
         if layout is None:
-            layout = self._layouts[history.n_generations] = _make_layout(history)
+            layout = self._layouts[history.n_generations] = _make_layout(
+                _shorten_experiment(history)
+            )
         recorded = [history.recorded_values(name) for name in history.recorded_names]
         genome = next(iter(history.saved_genomes.values()))
         run_arrays = [
@@ -258,8 +260,8 @@ class BatchKeys:
         )
 
 
-def _make_layout(history: RecordedRun) -> _Layout:
-    experiment = _shorten_experiment(history)
+@lru_cache(maxsize=64)
+def _make_layout(experiment: BaseExperiment) -> _Layout:
     text = replace_generations(to_toml(experiment), 0)
     return _Layout(text, tuple(variables.record_variables(experiment).items()))
 
