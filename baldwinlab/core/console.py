@@ -284,8 +284,8 @@ class FitnessCurves:
         self._shown = ""
         self._shown_at = -math.inf
 
-    def add(self, condition: str, generation: int, fitness: float) -> None:
-        """Add the mean fitness of a finished generation of a run."""
+    def add(self, condition: str, generation: int, fitness: float, runs: int) -> None:
+        """Add the mean fitness of a finished generation of several runs."""
         now = time.monotonic()
         # Tasks run in parallel. The line must not alternate between their conditions.
         if condition == self._shown or now - self._shown_at > MAX_SILENCE:
@@ -293,7 +293,7 @@ class FitnessCurves:
             self._shown_at = now
         sums = self._sums.setdefault(condition, {})
         total, number = sums.get(generation, (0.0, 0))
-        sums[generation] = (total + fitness, number + 1)
+        sums[generation] = (total + fitness * runs, number + runs)
 
     def __str__(self) -> str:
         """Return condition, curve and last value, such as "evo/A ▁▃▆█ 42.7"."""

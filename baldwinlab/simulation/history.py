@@ -412,11 +412,6 @@ class History:
         return self.is_stopped or self.n_generations == self.experiment.evolution.generations
 
     @property
-    def last_mean_fitness(self) -> float:
-        """Mean fitness of the last simulated generation."""
-        return float(self.energy[-1].mean())
-
-    @property
     def recorded_names(self) -> list[str]:
         """Names of the recorded variables, in the order of their first values."""
         return list(self.batch.records)

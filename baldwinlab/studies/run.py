@@ -161,7 +161,8 @@ def run_study(
     - `progress`: `progress(description, total)` returns a context manager. The value of the context
       is a function that is called with each number of finished agent-steps.
     - `callback`: called after each generation of a run, in the thread of its task.
-    - `observe`: called with condition, generation and mean fitness after each generation of a run.
+    - `observe`: called with condition, generation, mean fitness and number of runs after each
+      generation of a batch.
     """
     study.require_parts()
     study.sweep()

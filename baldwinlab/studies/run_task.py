@@ -8,6 +8,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.backends.choice import Backend
@@ -44,8 +46,8 @@ from baldwinlab.studies.records import write_in_study
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
 # Called after each generation of a run with the dataset of the run.
 Callback = Callable[["xr.Dataset"], None]
-# Called after each generation of a run with condition, generation and mean fitness.
-Observer = Callable[[str, int, float], None]
+# Called after each generation of a batch with condition, generation, mean fitness, number of runs.
+Observer = Callable[[str, int, float, int], None]
 
 
 class RecordWriter:
@@ -189,26 +191,27 @@ class RunTask(NamedTuple):
         checkpointer = Checkpointer(directory, self.checkpoint_interval)
 
         def after_generation(histories: Sequence[History]) -> None:
-            n_generations = max(history.n_generations for history in histories)
+            batch = histories[0].batch
             # The other runs stopped in an earlier generation, and `writer` has them already.
-            simulated = [history for history in histories if history.n_generations == n_generations]
+            indices = np.flatnonzero(batch.generation_counts == batch.n_generations)
+            simulated = [histories[index] for index in indices.tolist()]
             checkpointer.save(simulated)
             if self.callback:
                 for history in simulated:
                     # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
+            generation = batch.n_generations - 1
             if self.observe:
-                for history in simulated:
-                    name = self.experiment.name
-                    self.observe(name, n_generations - 1, history.last_mean_fitness)
-            for history in simulated:
-                if history.is_complete:
-                    is_continued = not self.is_new or runs[history.run] is not None
-                    has_checkpoint = is_continued or checkpointer.has_saved
-                    writer.add(history, has_checkpoint=has_checkpoint)
+                fitness = float(batch.fitness[indices, generation].mean())
+                self.observe(self.experiment.name, generation, fitness, len(indices))
+            n_missing = self.experiment.evolution.generations - batch.n_generations
+            is_stopped = batch.is_stopped[indices]
+            for index in indices[is_stopped | (n_missing == 0)].tolist():
+                is_continued = not self.is_new or runs[histories[index].run] is not None
+                has_checkpoint = is_continued or checkpointer.has_saved
+                writer.add(histories[index], has_checkpoint=has_checkpoint)
             # Generations after a stop count as done, so that the progress reaches its total.
-            n_omitted = sum(map(count_omitted_generations, simulated))
-            n_done = len(simulated) + n_omitted
+            n_done = len(simulated) + int(is_stopped.sum()) * n_missing
             report_progress(n_done * self.agent_steps_per_generation)
 
         for batch in self._begin_batches(seed, directory, runs):
@@ -239,10 +242,3 @@ class RunTask(NamedTuple):
     def _restore(self, seed: int, records: Mapping[int, xr.Dataset]) -> Histories:
         """Return the histories of runs that begin with `records`, by run."""
         return Histories(self.experiment, seed, [*records], [*records.values()])
-
-
-def count_omitted_generations(history: History) -> int:
-    """Return the number of generations that a run does not have because it stopped."""
-    if not history.is_stopped:
-        return 0
-    return history.experiment.evolution.generations - history.n_generations

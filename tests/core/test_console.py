@@ -70,11 +70,12 @@ def test_the_line_of_a_study_averages_runs_and_stays_with_one_condition(
 ) -> None:
     curves = FitnessCurves()
     assert str(curves) == ""
-    for run_fitness in (10.0, 30.0):
-        curves.add("evo/A", 0, run_fitness)
-    curves.add("other", 0, 5.0)
-    curves.add("evo/A", 1, 40.0)
+    # A batch of three runs, and one of a single run: the mean of all runs is 20.
+    curves.add("evo/A", 0, 10.0, runs=3)
+    curves.add("evo/A", 0, 50.0, runs=1)
+    curves.add("other", 0, 5.0, runs=4)
+    curves.add("evo/A", 1, 40.0, runs=3)
     assert str(curves) == "evo/A ▅█ 40"
     monkeypatch.setattr(console, "MAX_SILENCE", -1.0)
-    curves.add("other", 1, 7.0)
+    curves.add("other", 1, 7.0, runs=4)
     assert str(curves) == "other ▆█ 7"
