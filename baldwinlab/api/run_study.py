@@ -46,6 +46,7 @@ from baldwinlab.studies.executors import (
     Executor,
     ExecutorError,
     describe_workers,
+    shares_threads,
 )
 from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
@@ -206,7 +207,12 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
         (experiment, count_missing_runs(request, experiment.name))
         for experiment in request.experiments
     ]
-    need = memory.estimate_runs(missing, execution.parallel_tasks, execution.backend.worlds)
+    need = memory.estimate_runs(
+        missing,
+        execution.parallel_tasks,
+        execution.backend.worlds,
+        shares_threads=shares_threads(execution.executor, execution.backend),
+    )
     need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
     require_resources(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:

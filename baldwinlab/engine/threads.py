@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
-from typing import Final
+from typing import Final, NamedTuple
 
 from numba import config
 
@@ -18,6 +18,16 @@ from baldwinlab.core.resources import cores_of_groups
 
 # Maximum number of threads for work in the current context.
 _THREADS: Final[ContextVar[int]] = ContextVar("threads", default=1)
+
+
+class SharedThreads(NamedTuple):
+    """Threads that execute the ranges of indices of several tasks."""
+
+    pool: ThreadPoolExecutor
+    n_ranges: int  # Maximum number of ranges of a call.
+
+
+_SHARED_THREADS: Final[ContextVar[SharedThreads | None]] = ContextVar("shared", default=None)
 # Signals with handlers that raise KeyboardInterrupt. Windows has no SIGALRM.
 _INTERRUPTIONS: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGALRM") if hasattr(signal, name)
@@ -61,6 +71,16 @@ def count_threads(size: int, minimum_size: int) -> int:
     Plain Python, and work on fewer entries than `minimum_size`, use one thread.
     """
     return 1 if config.DISABLE_JIT else max(1, min(_THREADS.get(), size // minimum_size))
+
+
+@contextmanager
+def share_threads(shared: SharedThreads | None) -> Iterator[None]:
+    """Let threads of a pool execute the ranges of `run_in_ranges` in this context."""
+    token = _SHARED_THREADS.set(shared)
+    try:
+        yield
+    finally:
+        _SHARED_THREADS.reset(token)
 
 
 @contextmanager
@@ -110,9 +130,15 @@ def run_in_ranges(function: Callable[[int, int], None], size: int, minimum_size:
     Each thread calls the function for one range. A range has at least `minimum_size` entries,
     unless `size` is smaller.
     """
-    threads = count_threads(size, minimum_size)
+    shared = _SHARED_THREADS.get()
+    maximum = _THREADS.get() if shared is None else shared.n_ranges
+    n_ranges = 1 if config.DISABLE_JIT else max(1, min(maximum, size // minimum_size))
 
-    def run_range(thread: int) -> None:
-        function(size * thread // threads, size * (thread + 1) // threads)
+    def run_range(index: int) -> None:
+        function(size * index // n_ranges, size * (index + 1) // n_ranges)
 
-    run_in_threads(run_range, threads)
+    if shared is None or n_ranges == 1:
+        run_in_threads(run_range, n_ranges)
+        return
+    for _ in shared.pool.map(run_range, range(n_ranges)):
+        pass

@@ -30,7 +30,7 @@ from baldwinlab.experiment.miniworld import count_worlds
 from baldwinlab.experiment.species import ACROSS, combine_inputs
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
-from baldwinlab.models.miniworld.backends.cpu import is_large
+from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS, is_large
 
 # Memory of compiled code and of the compiler.
 ENGINE_BYTES: Final = 200 * 2**20
@@ -155,11 +155,25 @@ def count_batch_runs(experiment: BaseExperiment, worlds: int) -> int:
     return max(1, n_runs)
 
 
+def can_share_threads(experiment: BaseExperiment, total_runs: int, workers: int) -> bool:
+    """Return whether the blocks of worlds of all runs are enough for the threads of all workers.
+
+    Then few tasks with many runs use all cores. `total_runs`: the runs of all experiments.
+    """
+    has_blocks = (
+        isinstance(experiment, Experiment)
+        and not experiment.population.species
+        and not is_large(experiment, count_worlds(experiment))
+    )
+    return has_blocks and total_runs >= BLOCK_WORLDS * workers
+
+
 def count_task_runs(experiment: BaseExperiment, total_runs: int, workers: int, worlds: int) -> int:
     """Return the number of runs of an experiment in a task.
 
     It is the number of runs of a batch, or less if the workers would have less than
-    `TASKS_PER_WORKER` tasks. `total_runs`: the runs of all experiments.
+    `TASKS_PER_WORKER` tasks. `total_runs`: the runs of all experiments. `workers`: 1 if the tasks
+    share all threads.
     """
     min_runs = int(worlds * MIN_SHARE_OF_WORLDS)
     balanced_runs = max(min_runs, total_runs // (workers * TASKS_PER_WORKER))
@@ -225,20 +239,27 @@ def estimate_simulation(experiment: BaseExperiment) -> Need:
     )
 
 
-def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
-    """Estimate the memory and disk space of runs that are simulated in batches and stored."""
+def estimate_runs(
+    planned: PlannedRuns, workers: int, worlds: int, *, shares_threads: bool = False
+) -> Need:
+    """Estimate the memory and disk space of runs that are simulated in batches and stored.
+
+    `shares_threads`: whether all tasks share the threads of one process.
+    """
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
         return NO_NEED
     runs_per_worker = max(1, total_runs // workers)
-    tasks = [
-        (
-            _task_bytes(experiment, min(runs_per_worker, n_runs), worlds),
-            math.ceil(n_runs / count_task_runs(experiment, total_runs, workers, worlds)),
-        )
-        for experiment, n_runs in planned
-        if n_runs
-    ]
+    tasks = []
+    for experiment, n_runs in planned:
+        if n_runs:
+            n_workers = workers
+            if shares_threads and can_share_threads(experiment, total_runs, workers):
+                n_workers = 1
+            task_runs = count_task_runs(experiment, total_runs, n_workers, worlds)
+            largest_task = min(total_runs // n_workers or 1, n_runs)
+            n_bytes = _task_bytes(experiment, largest_task, worlds)
+            tasks.append((n_bytes, math.ceil(n_runs / task_runs)))
     memory = largest_total(tasks, workers)
     # The texts of all experiments of a study have about the same length.
     first_experiment, _ = planned[0]

@@ -13,13 +13,18 @@ from baldwinlab.engine.threads import use_threads
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.memory import count_task_runs, runs_per_file
+from baldwinlab.simulation.memory import can_share_threads, count_task_runs, runs_per_file
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
     Interval,
     read_stored_lengths,
 )
-from baldwinlab.studies.executors import THREADS, Executor, count_threads_per_task
+from baldwinlab.studies.executors import (
+    THREADS,
+    Executor,
+    count_threads_per_task,
+    shares_threads,
+)
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_files import RecordFile, assign_runs
 from baldwinlab.studies.records import DamagedRecordError, RunLengths
@@ -89,6 +94,8 @@ def plan_tasks(
     worlds: int = CPU.worlds,
     checkpoint_interval: Interval = EVERY_MINUTE,
     callback: Callback | None = None,
+    *,
+    shares_threads: bool = False,
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
@@ -98,6 +105,8 @@ def plan_tasks(
 
     - `worlds`: best number of worlds in a batch of the backend.
     - `callback`: called after each generation of a run, in the thread of its task.
+    - `shares_threads`: whether all tasks share the threads of one process, so that few large tasks
+      use all cores.
     """
     total_runs = sum(len(runs) for runs in missing.values())
     max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * workers)
@@ -106,11 +115,14 @@ def plan_tasks(
         if not missing_runs:
             continue
         experiment = study.experiments[condition]
-        n_runs = count_task_runs(experiment, total_runs, workers, worlds)
+        n_workers = workers
+        if shares_threads and can_share_threads(experiment, total_runs, workers):
+            n_workers = 1
+        n_runs = count_task_runs(experiment, total_runs, n_workers, worlds)
         n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
         file_size = runs_per_file(experiment)
         n_files = math.ceil(n_runs / file_size)
-        runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
+        runs_per_task = max(1, min(n_files * file_size, total_runs // n_workers))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
             n_tasks = math.ceil(len(runs) / runs_per_task)
@@ -167,7 +179,15 @@ def run_study(
     study.require_parts()
     study.sweep()
     n_tasks = backend.tasks or workers
-    tasks = plan_tasks(study, missing, n_tasks, backend.worlds, checkpoint_interval, callback)
+    tasks = plan_tasks(
+        study,
+        missing,
+        n_tasks,
+        backend.worlds,
+        checkpoint_interval,
+        callback,
+        shares_threads=shares_threads(executor, backend),
+    )
     tasks = [task._replace(observe=observe) for task in tasks]
     # If several threads simulate a large world, the engine compiles other code for this world.
     with use_threads(count_threads_per_task(workers, len(tasks))):

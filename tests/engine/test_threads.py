@@ -7,15 +7,18 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from baldwinlab.engine import threads as threads_module
 from baldwinlab.engine.threads import (
+    SharedThreads,
     available_cores,
     count_threads,
     run_in_ranges,
     run_in_threads,
+    share_threads,
     use_threads,
 )
 
@@ -111,3 +114,36 @@ def test_errors_of_threads_are_raised() -> None:
 
     with pytest.raises(ValueError, match="thread 1"):
         run_in_threads(fail, 2)
+
+
+def test_the_ranges_of_several_tasks_share_the_threads_of_a_pool() -> None:
+    ranges: list[tuple[int, int]] = []
+    threads: set[str] = set()
+
+    def record(first: int, end: int) -> None:
+        ranges.append((first, end))
+        threads.add(threading.current_thread().name)
+
+    with ThreadPoolExecutor(2, thread_name_prefix="shared") as pool:
+        for size, n_ranges in ((23, 5), (4, 4), (1, 1)):
+            ranges.clear()
+            with share_threads(SharedThreads(pool, 5)):
+                run_in_ranges(record, size, 1)
+            covered = [index for first, end in sorted(ranges) for index in range(first, end)]
+            assert covered == list(range(size))
+            assert len(ranges) == n_ranges
+    # A single range does not wait for a thread of the pool.
+    assert threads <= {"shared_0", "shared_1", threading.current_thread().name}
+    assert threading.current_thread().name in threads
+
+
+def test_an_error_in_a_shared_thread_is_raised_in_the_task() -> None:
+    def fail(first: int, end: int) -> None:
+        raise ValueError(f"range {first} to {end}")
+
+    with (
+        ThreadPoolExecutor(2) as pool,
+        share_threads(SharedThreads(pool, 2)),
+        pytest.raises(ValueError, match="range 0 to 2"),
+    ):
+        run_in_ranges(fail, 4, 1)

@@ -96,6 +96,20 @@ def test_a_study_has_a_task_for_each_worker_or_for_each_run(
 
 
 @pytest.mark.parametrize(
+    ("runs", "sizes"),
+    # With less than 64 runs, 16 threads would have less than one block of four worlds each.
+    [(3, [1] * 3), (16, [1] * 16), (60, [3] * 20), (80, [20] * 4), (300, [60] * 5)],
+)
+def test_few_large_tasks_share_the_threads_of_one_process(
+    runs: int, sizes: list[int], tmp_path: Path
+) -> None:
+    long_life = shorten_preset("evo/A").replace(lifetime={"steps": 300_000})
+    study = create_study(tmp_path, [long_life], seed=5)
+    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, 16, shares_threads=True)
+    assert [len(task.runs) for task in tasks] == sizes
+
+
+@pytest.mark.parametrize(
     ("executor", "workers", "tasks", "sentence"),
     [
         (THREADS, 2, 180, "Workers: 2; usable cores: 16."),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import re
 import shutil
@@ -13,9 +14,15 @@ from typing import Any, Final, NamedTuple, Protocol
 
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
-from baldwinlab.engine.threads import available_cores, defer_interruptions, use_threads
+from baldwinlab.engine.threads import (
+    SharedThreads,
+    available_cores,
+    defer_interruptions,
+    share_threads,
+    use_threads,
+)
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.studies.store import StudyStore
 
 Done = Callable[[Any, Any], None]
@@ -100,9 +107,15 @@ def run_on_threads(
 ) -> Generator[int, None, None]:
     """Execute the tasks on threads of this process. See `Executor.run`.
 
-    If there are fewer tasks than workers, each task uses several threads.
+    If there are fewer tasks than workers, each large world uses several threads. The blocks of
+    smaller worlds of all tasks share `workers` threads. While one task is between two lifetimes,
+    under the lock of the interpreter, these threads simulate the lifetimes of the other tasks.
     """
     threads_per_task = count_threads_per_task(workers, len(tasks))
+    n_parallel = max(1, min(workers, len(tasks)))
+    pool_of_ranges = ThreadPoolExecutor(workers)
+    # Two ranges for each thread, because the tasks do not have lifetimes all the time.
+    shared = SharedThreads(pool_of_ranges, math.ceil(2 * workers / n_parallel))
     stop = threading.Event()
     events: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
 
@@ -112,7 +125,7 @@ def run_on_threads(
         events.put(agent_steps)
 
     def run_task(task: Task) -> Any:
-        with use_threads(threads_per_task):
+        with use_threads(threads_per_task), share_threads(shared if workers > 1 else None):
             return task.run(study.seed, study.directory, backend, report_progress)
 
     pool = ThreadPoolExecutor(workers)
@@ -134,9 +147,15 @@ def run_on_threads(
             pool.shutdown(wait=False, cancel_futures=True)
         # A user can interrupt only this wait. All tasks end soon, because `stop` is set.
         pool.shutdown()
+        pool_of_ranges.shutdown()
 
 
 THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)
+
+
+def shares_threads(executor: Executor, backend: Backend) -> bool:
+    """Return whether the tasks share the threads of this process for blocks of worlds."""
+    return executor.name == THREADS.name and backend.name == CPU.name
 
 
 def describe_workers(executor: Executor, workers: int, tasks: int) -> str:

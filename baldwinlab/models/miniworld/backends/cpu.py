@@ -281,8 +281,12 @@ class CpuBatch(PopulationView):
         self, model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
     ) -> None:
         """Simulate steps of all blocks. The arguments are those of a `TeamSimulation`."""
-        arguments = model, self.states, is_start, first_step, last_step
-        run_in_ranges(partial(self._compiled, *arguments), self._n_blocks, 1)
+        simulate = partial(self._compiled, model, self.states, is_start, first_step, last_step)
+        if first_step == last_step:
+            # The start of a lifetime takes less time than the start of threads.
+            simulate(0, self._n_blocks)
+        else:
+            run_in_ranges(simulate, self._n_blocks, 1)
 
     def by_agent(self, name: str) -> npt.NDArray[Any]:
         """Return a copy [population, agent, row] of an array [row, lane] of the states."""
