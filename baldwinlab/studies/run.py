@@ -122,7 +122,7 @@ def plan_tasks(
         n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
         file_size = runs_per_file(experiment)
         n_files = math.ceil(n_runs / file_size)
-        runs_per_task = max(1, min(n_files * file_size, total_runs // n_workers))
+        runs_per_task = max(1, min(n_files * file_size, max(n_runs, total_runs // workers)))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
             n_tasks = math.ceil(len(runs) / runs_per_task)
