@@ -5,11 +5,13 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from types import SimpleNamespace
-from typing import Any
-
-import pytest
+from typing import TYPE_CHECKING, Any
 
 from baldwinlab.engine.gpu import without_contraction
+
+if TYPE_CHECKING:
+    # An environment with the locked versions of the users has no pytest.
+    import pytest
 
 # The lowest nine bits of an instruction of 16 bytes, from compute capability 7.0 on.
 OPERATIONS = {0x20: "multiply", 0x21: "add", 0x23: "fused multiply-add"}

@@ -244,11 +244,10 @@ class CpuBatch(PopulationView):
         self.states = make_state(experiment, n_worlds, blocks=self._n_blocks)
         self.states.keys[:] = [layout.keys for layout in layouts]
         super().__init__(model, select_element(self.states, 0), self._layout.shape)
-        self._function: Callable[[MiniWorldModel, State, bool, int, int], None]
+        self._team: TeamSimulation | None = None
         if uses_team(experiment, n_worlds):
-            self._function = TeamSimulation(model, self.state)
+            self._team = TeamSimulation(model, self.state)
         else:
-            self._function = self._simulate_blocks
             self._compiled = self._compile(experiment)
 
     def _compile(self, experiment: Experiment) -> Callable[..., None]:
@@ -271,17 +270,19 @@ class CpuBatch(PopulationView):
         # All repeats of a lifetime have the same genomes.
         shape = n_blocks, repeats, *genomes_of_blocks.shape[2:]
         self.states.genome.reshape(shape)[:] = genomes_of_blocks
-        self._function(self.model, self.state, True, 0, 0)
+        self._simulate(is_start=True, first_step=0, last_step=0)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1."""
-        self._function(self.model, self.state, False, first_step, last_step)
+        self._simulate(is_start=False, first_step=first_step, last_step=last_step)
 
-    def _simulate_blocks(
-        self, model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
-    ) -> None:
-        """Simulate steps of all blocks. The arguments are those of a `TeamSimulation`."""
-        simulate = partial(self._compiled, model, self.states, is_start, first_step, last_step)
+    def _simulate(self, *, is_start: bool, first_step: int, last_step: int) -> None:
+        """Simulate steps of all blocks. If `is_start`, initialize the generation first."""
+        steps = is_start, first_step, last_step
+        if self._team is not None:
+            self._team(self.model, self.state, *steps)
+            return
+        simulate = partial(self._compiled, self.model, self.states, *steps)
         if first_step == last_step:
             # The start of a lifetime takes less time than the start of threads.
             simulate(0, self._n_blocks)
