@@ -1,6 +1,8 @@
 """Estimands of the Baldwin effect: one value per run for each question."""
 
 from baldwinlab.analysis.estimands.questions import (
+    CANNOT_RISE,
+    EQUAL,
     ESTIMANDS,
     IMPOSSIBLE,
     MEASURED,
@@ -13,6 +15,8 @@ from baldwinlab.analysis.estimands.questions import (
 )
 
 __all__ = [
+    "CANNOT_RISE",
+    "EQUAL",
     "ESTIMANDS",
     "IMPOSSIBLE",
     "MEASURED",

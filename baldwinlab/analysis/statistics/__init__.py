@@ -5,7 +5,7 @@ The functions need only NumPy and SciPy: samples are sequences of numbers withou
 References
 ----------
 - Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
-- Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
+- Sign test: W. J. Dixon and A. M. Mood, Journal of the American Statistical Association 41 (1946).
 - A12: A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000).
 - Percentile interval: B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 13.
 - Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
@@ -26,7 +26,8 @@ from baldwinlab.analysis.statistics.comparisons import (
     compare_paired,
     compare_pairs,
 )
-from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, signed_rank
+from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney
+from baldwinlab.analysis.statistics.sign_tests import sign_test
 
 __all__ = [
     "Comparison",
@@ -41,6 +42,6 @@ __all__ = [
     "mann_whitney",
     "median_interval",
     "percentile_interval",
-    "signed_rank",
+    "sign_test",
     "summarize",
 ]

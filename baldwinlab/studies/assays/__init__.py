@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.variables import STOP_ATTRIBUTE, Variable
-from baldwinlab.evolution import GenerationKey, Genome, draw_genomes, find_archive_fitness
+from baldwinlab.evolution import Genome, draw_genomes, find_archive_fitness, make_run_keys
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.simulation import memory
@@ -83,12 +83,8 @@ class Sample:
         """Return random genomes [run, agent, module, weight]."""
         # The key of a later generation gives random numbers that no run has used.
         unused_generation = self.experiment.evolution.generations
-        return np.stack(
-            [
-                draw_genomes(self.experiment, GenerationKey(self.seed, run, unused_generation))
-                for run in self.runs
-            ]
-        )
+        keys = make_run_keys(self.seed, self.runs, unused_generation)
+        return draw_genomes(self.experiment, keys)
 
     def energy(self, generation: int) -> Energy:
         """Return the stored energy [run, agent] of a generation. Stopped runs: see `genomes`."""
