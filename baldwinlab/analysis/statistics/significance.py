@@ -8,7 +8,6 @@ the effect is the observed one.
 References
 ----------
 Minimum attainable p-value: R. E. Tarone, Biometrics 46 (1990).
-Required runs: G. E. Noether, Journal of the American Statistical Association 82 (1987).
 False discovery rate: Y. Benjamini and Y. Hochberg, Journal of the Royal Statistical Society B 57
 (1995).
 """
@@ -17,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import count
-from math import ceil, comb, exp, isfinite, lgamma, log2, nextafter, sqrt
+from math import ceil, comb, exp, isfinite, lgamma, nextafter
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -131,24 +130,17 @@ def _format_count(number: object, noun: str) -> str:
 def sign_test_runs(differences: Sample, level: float) -> int | None:
     """Compute the number of runs that detects the observed effect with a probability of 80 %.
 
-    `differences` are finite values, and `level` is corrected for the other tests. The number is the
-    normal approximation of the sign test. The result is None if more than `MAX_RUNS` runs are
-    needed. It is never less than the smallest number of runs with which the test can be
-    significant.
+    `differences` are finite values, and `level` is corrected for the other tests. The power of the
+    sign test is that of the binomial distribution. The result is None if more than `MAX_RUNS` runs
+    are needed.
     """
-    # Probability that a difference is above 0. A tie counts half.
-    probability = 0.5 + float(np.sign(differences).mean()) / 2
-    distance = abs(probability - 0.5)
-    if distance == 0:
-        return None
-    # Standard deviations for one run, without an effect and with the observed effect.
-    deviations = 0.5, sqrt(probability * (1 - probability))
-    quantiles = float(stats.norm.isf(level / 2)), float(stats.norm.ppf(POWER))
-    runs = ceil((float(np.dot(quantiles, deviations)) / distance) ** 2)
-    # The smallest p-value of n runs is 2 ** (1 - n).
-    smallest = int(1 - log2(level)) + 1
-    required = max(runs, smallest)
-    return required if required <= MAX_RUNS else None
+    # Probability that a difference has the sign of most differences. A tie counts half.
+    probability = 0.5 + abs(float(np.sign(differences).mean())) / 2
+    runs = np.arange(1, MAX_RUNS + 1)
+    # Largest number of equal signs that is not significant.
+    largest = stats.binom.isf(level / 2, runs, 0.5)
+    is_enough = stats.binom.sf(largest, runs, probability) >= POWER
+    return int(runs[is_enough.argmax()]) if is_enough.any() else None
 
 
 def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
