@@ -139,8 +139,8 @@ def sign_test_runs(differences: Sample, level: float) -> int | None:
     runs = np.arange(1, MAX_RUNS + 1)
     # Largest number of equal signs that is not significant.
     largest = stats.binom.isf(level / 2, runs, 0.5)
-    is_enough = stats.binom.sf(largest, runs, probability) >= POWER
-    return int(runs[is_enough.argmax()]) if is_enough.any() else None
+    sufficient = runs[stats.binom.sf(largest, runs, probability) >= POWER]
+    return int(sufficient[0]) if sufficient.size else None
 
 
 def level_of_next_test(corrected: Sequence[float] | Sample) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from baldwinlab.analysis.statistics.sign_tests import (
 )
 
 
-def count_signs(values: np.ndarray, alternative: str) -> float:
+def count_signs(values: np.ndarray, alternative: Literal["two-sided", "less", "greater"]) -> float:
     """Return the p-value of the sign test, by SciPy's binomial test."""
     n_signs = int((values != 0).sum())
     if n_signs == 0:
