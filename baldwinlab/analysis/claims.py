@@ -154,7 +154,7 @@ def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTes
     """Return the test of a comparison, with the numbers of runs of the two samples."""
     if comparison.rule == "survives_longer":
         return PlannedTest(n_a, n_b, "log-rank")
-    return PlannedTest(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
+    return PlannedTest(n_a, n_b, "sign" if comparison.paired else "Mann-Whitney")
 
 
 def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "") -> str:

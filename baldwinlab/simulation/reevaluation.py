@@ -6,8 +6,8 @@ i in the same generation are comparable, even with different genomes and setting
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,7 @@ class Outcomes(NamedTuple):
     weights: npt.NDArray[np.float32]  # Weights of the first module at death, [run, agent, weight].
     # False if the model has no learned weights. `weights` has the weights at birth then.
     has_learned_weights: bool
+    records: Mapping[str, npt.NDArray[Any]]  # Recorded variables of the model, [run, agent].
 
 
 def reevaluate(
@@ -117,6 +118,7 @@ def _make_outcomes(
         energy=mean_fitness(experiment, results, genomes),
         weights=first_module if results.learned is None else results.learned,
         has_learned_weights=results.learned is not None,
+        records=results.records,
     )
 
 

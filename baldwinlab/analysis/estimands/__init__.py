@@ -1,6 +1,7 @@
 """Estimands of the Baldwin effect: one value per run for each question."""
 
 from baldwinlab.analysis.estimands.questions import (
+    CANNOT_RISE,
     ESTIMANDS,
     IMPOSSIBLE,
     MEASURED,
@@ -13,6 +14,7 @@ from baldwinlab.analysis.estimands.questions import (
 )
 
 __all__ = [
+    "CANNOT_RISE",
     "ESTIMANDS",
     "IMPOSSIBLE",
     "MEASURED",

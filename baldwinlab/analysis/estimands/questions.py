@@ -6,7 +6,7 @@ An estimand has one value per run. 0 means no effect, and a value above 0 means 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, Literal, NamedTuple
 
@@ -19,29 +19,33 @@ from baldwinlab.analysis.estimands.quantitative_genetics import (
     average_difference,
     compute_differentials,
     is_sign_informative,
-    relative_difference,
 )
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
     Trait,
-    measure_assimilation,
+    describe_learned_distance,
     measure_foraging_times,
-    measure_savings,
+    measure_log_fall,
     read_record,
     select_innate_trait,
-    select_learned_distance,
 )
+from baldwinlab.analysis.results.verdicts import EQUAL
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-Measurability = Literal["impossible", "not measurable", "measured"]
+Measurability = Literal[
+    "impossible", "by design: cannot rise", "not measurable", "equal in every run", "measured"
+]
 IMPOSSIBLE: Final[Measurability] = "impossible"
+CANNOT_RISE: Final[Measurability] = "by design: cannot rise"
 NOT_MEASURABLE: Final[Measurability] = "not measurable"
 MEASURED: Final[Measurability] = "measured"
 # Bounds of equivalence, fixed before any result is known.
 DIFFERENCE_BOUND: Final = 0.01  # Standard deviations per generation.
-RATIO_BOUND: Final = 0.1  # Fraction of the selection without learning.
-SHARE_BOUND: Final = 0.05  # Fraction of the learned distance, or of the learning time.
+LOG_BOUND: Final = 0.05  # Logarithm of a ratio, about 5 %.
 FORK_BOUND: Final = 0.02  # Fraction of the innate fitness of the better genomes.
+# Smallest share of agents above the lowest fitness, in both compared groups together.
+MIN_SHARE_ABOVE_FLOOR: Final = 0.05
+LOG_RATIO: Final = "log ratio"
 STANDARD_DEVIATIONS: Final = "standard deviations per generation"
 RELATIVE_INNATE_FITNESS: Final = "relative innate fitness"
 
@@ -54,7 +58,9 @@ class Estimate:
     ----------
     measurability : str
         "impossible": the construction of the experiment determines the answer.
+        "by design: cannot rise": the construction excludes a value above 0.
         "not measurable": the stored data or the scale cannot show an effect.
+        "equal in every run": the value is exactly 0 in every run, so there is no test.
         "measured": the values are defined.
     reason : str
         Reason for the measurability, or the definition of the values, in one sentence.
@@ -69,6 +75,9 @@ class Estimate:
         Largest absolute effect that counts as equivalent to no effect, in the unit of the values.
     question : str
         Name of the question, for example "assimilation".
+    terms : mapping of str to xr.DataArray
+        The measured quantities (run) whose difference is the value, by name, in the same unit. A
+        quantity that is shown for comparison alone is also a term.
     """
 
     measurability: Measurability
@@ -78,6 +87,7 @@ class Estimate:
     values: xr.DataArray | None = None
     equivalence_bound: float = 0.0
     question: str = ""
+    terms: Mapping[str, xr.DataArray] = field(default_factory=dict)
 
 
 class ConditionData(NamedTuple):
@@ -126,25 +136,21 @@ def _measure_selection(data: ConditionData) -> Estimate:
         reason = f"The expected number of offspring under the selection {scheme} is not known."
         return Estimate(NOT_MEASURABLE, reason)
     trait = select_innate_trait(data.runs, innate, data.experiment)
-    differentials = compute_differentials(innate, trait.values, data.experiment)
-    if is_sign_informative(data.experiment, trait.name == INNATE_FITNESS):
-        return Estimate(
-            MEASURED,
-            "S_on - S_off: selection differential with learning minus that without, mean over "
-            "generations.",
-            trait.name,
-            STANDARD_DEVIATIONS,
-            average_difference(differentials),
-            DIFFERENCE_BOUND,
+    if not is_sign_informative(data.experiment, trait.name == INNATE_FITNESS):
+        reason = (
+            "Selection by ranks gives innate fitness the largest possible S_off, so S_on cannot be "
+            "larger."
         )
+        return Estimate(CANNOT_RISE, reason, trait.name)
+    differentials = compute_differentials(innate, trait.values, data.experiment)
     return Estimate(
         MEASURED,
-        "S_on / S_off - 1, over all generations: selection by ranks gives innate fitness the "
-        "largest possible S_off, so that only a loss of selection can be measured.",
+        "S_on - S_off: selection differential with learning minus that without, mean over "
+        "generations.",
         trait.name,
-        "1",
-        relative_difference(differentials),
-        RATIO_BOUND,
+        STANDARD_DEVIATIONS,
+        average_difference(differentials),
+        DIFFERENCE_BOUND,
     )
 
 
@@ -153,12 +159,17 @@ def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate
         return _missing_assay("fork")
     fork = data.assays["fork"].isel(generation=[-1])  # The list keeps the dimension.
     innate_fitness = fork["innate_fitness"]
-    if innate_fitness.min() == innate_fitness.max():
-        value = f"{float(innate_fitness.min()):g}"
-        reason = f"Innate fitness is {value} for all agents of all branches."
+    without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
+    compared = without_learning if effect == "history" else innate_fitness
+    floor = float(innate_fitness.min())
+    share = float((compared > floor).mean())
+    if share < MIN_SHARE_ABOVE_FLOOR:
+        reason = (
+            f"{share:.1%} of the agents of both groups are above the lowest innate fitness, "
+            f"{floor:g}, and {MIN_SHARE_ABOVE_FLOOR:.0%} are needed."
+        )
         return Estimate(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
-    without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
     # With the larger mean of both histories as the unit, the mean effect of the history is between
     # -1 and 1 for fitness of at least 0.
     scale = abs(without_learning.mean(("run", "agent"))).max()
@@ -170,18 +181,24 @@ def _measure_assimilation(data: ConditionData) -> Estimate:
     model = data.experiment.loaded_model
     if model is not None and model.assimilation_obstacle:
         return Estimate(IMPOSSIBLE, model.assimilation_obstacle)
-    if "innate" not in data.assays:
-        return _missing_assay("innate")
-    distance = select_learned_distance(data.runs, data.assays["innate"], data.experiment)
-    if distance is None:
+    if data.experiment.evolution.lamarckian_share > 0:
+        return Estimate(IMPOSSIBLE, "Children inherit what their parents have learned.")
+    if "assimilation" not in data.assays:
+        return _missing_assay("assimilation")
+    distance = data.assays["assimilation"]["distance"]
+    if not bool(distance.notnull().any()):
         return Estimate(NOT_MEASURABLE, "The model records no distance that learning covers.")
+    falls = measure_log_fall(distance, data.last)
+    terms = {name: falls.sel(history=name, drop=True) for name in falls["history"].values.tolist()}
     return Estimate(
         MEASURED,
-        "1 - d_last / d_first: share of the learned distance that is gone.",
-        distance.name,
-        "1",
-        measure_assimilation(distance.values, data.last),
-        SHARE_BOUND,
+        "log(d_first / d_last) of learners minus that of control genomes, which evolved without "
+        "learning and are tested with learning.",
+        describe_learned_distance(data.experiment),
+        LOG_RATIO,
+        terms["learner"] - terms["control"],
+        LOG_BOUND,
+        terms=terms,
     )
 
 
@@ -193,12 +210,12 @@ def _measure_savings(data: ConditionData) -> Estimate:
         return Estimate(NOT_MEASURABLE, "The model records no performance within life.")
     return Estimate(
         MEASURED,
-        "1 - t_last / t_first: share of the learning time that is saved, with the lifetime as the "
-        "time of an agent that does not reach its goal.",
+        "log(t_first / t_last): fall of the learning time, with the lifetime as the time of an "
+        "agent that does not reach its goal.",
         times.name,
-        "1",
-        measure_savings(times.values, data.last),
-        SHARE_BOUND,
+        LOG_RATIO,
+        measure_log_fall(times.values, data.last),
+        LOG_BOUND,
     )
 
 
@@ -249,9 +266,9 @@ ESTIMANDS: Final = (
     ),
     Estimand(
         "assimilation",
-        "Does the distance that agents learn fall over the generations?",
+        "Does the distance that agents learn fall more than in evolution without learning?",
         "Learned behavior becomes innate",
-        "The distance grows.",
+        "It falls less, or grows more, than in evolution without learning.",
         _measure_assimilation,
     ),
     Estimand(
@@ -298,11 +315,20 @@ def _answer(estimand: Estimand, data: ConditionData) -> Estimate:
         result = Estimate(NOT_MEASURABLE, "The agents of a generation belong to several species.")
     else:
         result = estimand.measure(data)
-    values = None if result.values is None else drop_labels(result.values)
-    if values is not None and not bool(values.notnull().any()):
+    return classify(replace(result, question=estimand.question))
+
+
+def classify(result: Estimate) -> Estimate:
+    """Return a measured estimate in its class, which depends on the values; else the estimate."""
+    if result.values is None:
+        return result
+    values = drop_labels(result.values)
+    if not bool(values.notnull().any()):
         reason = (
             f"In every run, the values are undefined, because {result.trait!r} is constant or 0."
         )
-        result = replace(result, measurability=NOT_MEASURABLE, reason=reason)
-        values = None
-    return replace(result, question=estimand.question, values=values)
+        return replace(result, measurability=NOT_MEASURABLE, reason=reason, values=None)
+    if bool((values.fillna(0) == 0).all()):
+        reason = "The value is exactly 0 in every run."
+        return replace(result, measurability=EQUAL, reason=reason, values=None)
+    return replace(result, values=values)

@@ -1,8 +1,9 @@
 """Traits of a model, and measures of the learning that evolution has made unnecessary.
 
 A trait is an innate trait under selection, or the distance that learning covers. Assimilation is
-the fraction of this distance that is gone in the last generations. Savings [3]_ are the fraction of
-the learning time that is saved. The learning time ends at 90 % of an agent's final performance.
+the fall of this distance, beyond the fall in genomes that evolved without learning. Savings [3]_
+are the fall of the learning time, which ends at 90 % of an agent's final performance. Both falls
+are logarithms of a ratio.
 
 References
 ----------
@@ -19,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation, weight_distances
+from baldwinlab.analysis.statistics.comparisons import log_ratio
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment
 
@@ -72,6 +74,16 @@ def select_learned_distance(
     return Trait("distance of the weights between birth and death", "1", distance)
 
 
+def describe_learned_distance(experiment: BaseExperiment) -> str:
+    """Return the meaning of the distance that the assay `assimilation` measures."""
+    model = experiment.loaded_model
+    name = model.learned_distance if model is not None else ""
+    if model is None or not name:
+        return "distance of the weights between birth and death"
+    variable = model.shares.get(name) or model.records[name]
+    return str(variable.meaning)
+
+
 def read_record(runs: xr.Dataset, model: Any, name: str) -> Trait:
     """Return a recorded variable of a model, with its meaning and its unit."""
     variable = model.records[name]
@@ -101,6 +113,17 @@ def split_ends(values: xr.DataArray, last: int) -> tuple[xr.DataArray, xr.DataAr
     length = max(1, min(last, n_generations // 2))
     first = values.where(generation < generation.min() + length, drop=True)
     return first, values.where(generation > generation.max() - length, drop=True)
+
+
+def measure_log_fall(values: xr.DataArray, last: int) -> xr.DataArray:
+    """Return log(first / last), with the mean values in the first and in the last generations.
+
+    The result has no dimension `generation`. 0 means no change, above 0 a fall, and below 0 a rise.
+    See `log_ratio` for a value of 0 in the last generations. The result is NaN if the value in the
+    first generations is 0.
+    """
+    first, final = (window.mean("generation") for window in split_ends(values, last))
+    return first.copy(data=log_ratio(first.where(first > 0).values, final.values))
 
 
 def measure_assimilation(distance: xr.DataArray, last: int) -> xr.DataArray:
@@ -137,13 +160,3 @@ def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
     times = find_learning_time(eaten / (ends - starts), ends)
     generations = [parse_generation(name) for name in names]
     return times.rename(newborns="generation").assign_coords(generation=generations)
-
-
-def measure_savings(times: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learning time that is saved (run), or NaN without a time.
-
-    The share is 1 - t_last / t_first, with the mean times in the last and in the first generations.
-    An agent that does not reach its goal counts with the length of its lifetime.
-    """
-    first, final = (window.mean("generation") for window in split_ends(times, last))
-    return 1 - final / first.where(first > 0)

@@ -14,31 +14,28 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from baldwinlab.analysis.estimands.questions import MEASURED, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.estimands.questions import MEASURED, Estimate
 from baldwinlab.analysis.results.numbers import finite_or_none
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, TOO_FEW_RUNS, UNDECIDED, YES
-from baldwinlab.analysis.statistics.bootstrap import Sample, percentile_interval, resample_medians
+from baldwinlab.analysis.statistics.bootstrap import Sample, resample_medians
 from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY, verdict_stability
 from baldwinlab.analysis.statistics.intervals import Hurdle, measure_hurdle
-from baldwinlab.analysis.statistics.rank_tests import (
-    equivalence_p,
-    has_exact_signed_rank,
-    signed_rank_tails,
-)
+from baldwinlab.analysis.statistics.sign_tests import equivalence_p, sign_interval, sign_test
 from baldwinlab.analysis.statistics.significance import (
     SIGNIFICANCE_LEVEL,
     critical_p_values,
     describe_too_few,
     plan_paired_test,
     q_values,
-    signed_rank_runs,
+    sign_test_runs,
+    smallest_corrected_p,
 )
 
 Verdict = Literal["yes", "opposite", "equivalent", "undecided"]
 VERDICTS: Final = (YES, OPPOSITE, EQUIVALENT, UNDECIDED)
 COLUMNS: Final = (
     "paper", "condition", "question", "class", "trait", "estimate", "low", "high", "p", "q",
-    "verdict", "stability", "runs",
+    "verdict", "stability", "runs", "learner", "control", "neutral",
 )  # fmt: skip
 """The keys of a row of gallery.json and the columns of gallery.csv."""
 
@@ -55,11 +52,11 @@ class Measurement:
     """The numbers and the verdict of a question that is measured."""
 
     effect: float  # Median over runs. 0 means no effect.
-    # 95 % bootstrap interval of the median over runs; NaN for a single run.
+    # 95 % interval of the median over runs, by the sign test; NaN below six runs.
     low: float
     high: float
     standard_error: float  # Standard deviation of the bootstrap medians.
-    p: float  # p-value of the two-sided signed-rank test; 1 if all values are 0.
+    p: float  # p-value of the two-sided sign test.
     q: float  # p-value, corrected for all tests of the table.
     verdict: Verdict  # One of `VERDICTS`.
     stability: float  # Share of bootstrap samples of runs with the same verdict.
@@ -69,12 +66,13 @@ class Measurement:
     # no realistic number of runs decides it.
     required_runs: int | None
     hurdle: Hurdle  # The runs above the equivalence bound, and their effect.
+    has_too_few_runs: bool  # Whether no values of so few runs could be significant.
 
     @property
     def label(self) -> str:
-        """The verdict, or "too few runs" if no values of so few runs could decide the question."""
-        is_impossible = plan_paired_test(self.runs).smallest_p >= SIGNIFICANCE_LEVEL
-        return TOO_FEW_RUNS if self.verdict == UNDECIDED and is_impossible else self.verdict
+        """The verdict, or "too few runs" instead of "undecided"."""
+        has_reason = self.verdict == UNDECIDED and self.has_too_few_runs
+        return TOO_FEW_RUNS if has_reason else self.verdict
 
     @property
     def is_unstable(self) -> bool:
@@ -105,7 +103,13 @@ class Decision:
             "verdict": measurement.verdict if measurement else None,
             "stability": measurement.stability if measurement else None,
             "runs": measurement.runs if measurement else None,
+            **{name: self._find_term(name) for name in COLUMNS[-3:]},
         }
+
+    def _find_term(self, name: str) -> float | None:
+        """Return the median over runs of a term of the estimate, or None."""
+        terms = self.estimate.terms
+        return finite_or_none(float(terms[name].median())) if name in terms else None
 
 
 class _Limits(NamedTuple):
@@ -114,35 +118,27 @@ class _Limits(NamedTuple):
     difference: float
     equivalence: float
     bound: float
-    # Whether the p-value of the runs is exact. Tests of bootstrap samples are then exact, too,
-    # although resampling causes ties.
-    ignores_ties: bool
 
 
 def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
     """Decide all questions of all systems, in the order of `estimates`."""
     decisions = [
-        Decision(system, _require_values(entry))
-        for system, entries in estimates.items()
-        for entry in entries
+        Decision(system, entry) for system, entries in estimates.items() for entry in entries
     ]
     measured = [decision for decision in decisions if decision.estimate.measurability == MEASURED]
     samples = [_finite_values(decision.estimate) for decision in measured]
     bounds = [decision.estimate.equivalence_bound for decision in measured]
     # `values[None]` is a single sample [sample, run].
-    differences = [float(_difference_p(values[None])[0]) for values in samples]
+    differences = [float(sign_test(values[None])[0]) for values in samples]
     equivalences = [
         float(equivalence_p(values[None], bound)[0])
         for values, bound in zip(samples, bounds, strict=True)
     ]
-    limits = map(
-        _Limits,
-        critical_p_values(differences),
-        critical_p_values(equivalences),
-        bounds,
-        map(has_exact_signed_rank, samples),
-    )
-    numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
+    limits = map(_Limits, critical_p_values(differences), critical_p_values(equivalences), bounds)
+    smallest = smallest_corrected_p([plan_paired_test(values.size) for values in samples], q_values)
+    has_too_few = (smallest >= SIGNIFICANCE_LEVEL).tolist()
+    qs = q_values(differences).tolist()
+    numbers = zip(samples, differences, qs, limits, has_too_few, strict=True)
     # `next` takes the measurements in the order of the measured decisions.
     measurements = iter([_make_measurement(*row) for row in numbers])
     return [
@@ -163,14 +159,6 @@ def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
     return describe_too_few(tests, q_values)
 
 
-def _require_values(estimate: Estimate) -> Estimate:
-    """Return the estimate, marked as not measurable if the value is undefined in every run."""
-    if estimate.measurability != MEASURED or _finite_values(estimate).size:
-        return estimate
-    reason = "The value is undefined in every run."
-    return replace(estimate, measurability=NOT_MEASURABLE, reason=reason, values=None)
-
-
 def _finite_values(estimate: Estimate) -> Sample:
     """Return the values of a measured estimate in the runs that define them."""
     if estimate.values is None:
@@ -179,21 +167,14 @@ def _finite_values(estimate: Estimate) -> Sample:
     return values[np.isfinite(values)]
 
 
-def _difference_p(samples: Sample, *, ignores_ties: bool = False) -> Sample:
-    """Return the two-sided p-value of the signed-rank test of each sample [sample, run]."""
-    p_less, p_greater = signed_rank_tails(samples, ignores_ties=ignores_ties)
-    return np.asarray(np.minimum(1.0, 2 * np.minimum(p_less, p_greater)), np.float64)
-
-
 def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
     """Return the verdict on each sample [sample, run].
 
     An effect within the equivalence bound is equivalent to no effect, even if it differs from 0
     significantly.
     """
-    p_equivalent = equivalence_p(samples, limits.bound, ignores_ties=limits.ignores_ties)
-    is_equivalent = p_equivalent < limits.equivalence
-    is_different = _difference_p(samples, ignores_ties=limits.ignores_ties) < limits.difference
+    is_equivalent = equivalence_p(samples, limits.bound) < limits.equivalence
+    is_different = sign_test(samples) < limits.difference
     effects = np.median(samples, axis=1)
     verdicts = np.select(
         [is_equivalent, is_different & (effects > 0), is_different & (effects < 0)],
@@ -204,10 +185,11 @@ def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
     return result
 
 
-def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Measurement:
+def _make_measurement(
+    values: Sample, p: float, q: float, limits: _Limits, has_too_few_runs: bool
+) -> Measurement:
     (verdict,) = _decide_samples(values[None], limits)
-    medians = resample_medians(values)
-    low, high = percentile_interval(medians) if values.size > 1 else (nan, nan)
+    low, high = sign_interval(values)
     required_runs = None
     if verdict == UNDECIDED and values.size > 1:
         required_runs = _find_required_runs(values, limits)
@@ -215,7 +197,7 @@ def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Me
         effect=float(np.median(values)),
         low=low,
         high=high,
-        standard_error=float(medians.std()) if values.size > 1 else nan,
+        standard_error=float(resample_medians(values).std()) if values.size > 1 else nan,
         p=p,
         q=q,
         verdict=verdict,
@@ -223,16 +205,17 @@ def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Me
         runs=values.size,
         required_runs=required_runs,
         hurdle=measure_hurdle(values, limits.bound),
+        has_too_few_runs=has_too_few_runs,
     )
 
 
 def _find_required_runs(values: Sample, limits: _Limits) -> int | None:
     """Return the smallest number of runs that shows a difference or equivalence, or None."""
-    numbers = [signed_rank_runs(values, limits.difference)]
+    numbers = [sign_test_runs(values, limits.difference)]
     if abs(np.median(values)) < limits.bound:
         # A one-sided test has half the p-value of the two-sided test. Equivalence needs both sides.
         level = min(1.0, 2 * limits.equivalence)
-        sides = [signed_rank_runs(values + bound, level) for bound in (-limits.bound, limits.bound)]
+        sides = [sign_test_runs(values + bound, level) for bound in (-limits.bound, limits.bound)]
         defined = [runs for runs in sides if runs is not None]
         numbers.append(max(defined) if len(defined) == len(sides) else None)
     return min((runs for runs in numbers if runs is not None), default=None)

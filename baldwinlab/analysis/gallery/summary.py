@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isnan, nan
-from typing import Final
+from functools import partial
+from math import exp, isnan
+from typing import Final, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from baldwinlab.analysis.estimands import ESTIMANDS, QUESTIONS
-from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
+from baldwinlab.analysis.estimands.questions import LOG_RATIO, Estimate, Measurability
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
 from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement, SystemName
@@ -27,9 +28,9 @@ from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, t
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, UNDECIDED, YES
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
+CLASSES: Final[tuple[Measurability, ...]] = get_args(Measurability)
 TITLES: Final = {estimand.question: estimand.statement for estimand in ESTIMANDS}
 MIXED: Final = "mixed"
-RELATIVE_UNIT: Final = "equivalence bounds"
 DIMENSIONLESS: Final = "1"
 # Smallest effect that is printed without decimals.
 INTEGER_EFFECT: Final = 10
@@ -59,23 +60,17 @@ class QuestionSummary:
     question: str
     # The measured decisions of all systems, each with its measurement.
     measurements: tuple[tuple[Decision, Measurement], ...]
-    # Unit of comparable effects: the unit of all systems, or `RELATIVE_UNIT` if the units or the
-    # equivalence bounds differ.
-    unit: str
+    unit: str  # Unit of the effects, the same for all systems.
     # Number of systems and of papers by verdict. Papers can be `MIXED`.
     systems: Mapping[str, int]
     papers: Mapping[str, int]
-    # Summary of the papers in `unit`. None if fewer than three papers have two runs or more.
+    # Summary of the papers. None if fewer than three papers have two runs or more.
     mean: RandomEffects | None
 
     @property
     def title(self) -> str:
         """The question as a statement."""
         return TITLES[self.question]
-
-    def scale(self, decision: Decision) -> float:
-        """Return the factor that converts the effect of a system to `unit`."""
-        return _find_scale(decision, self.unit)
 
 
 def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
@@ -92,9 +87,6 @@ def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
 
 
 def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) -> QuestionSummary:
-    estimates = [decision.estimate for decision, _ in rows]
-    scales = {(entry.unit, entry.equivalence_bound) for entry in estimates}
-    unit = estimates[0].unit if len(scales) == 1 else RELATIVE_UNIT
     verdicts_by_paper: dict[str, set[str]] = {}
     for decision, measurement in rows:
         verdicts_by_paper.setdefault(decision.system.paper, set()).add(measurement.verdict)
@@ -105,22 +97,14 @@ def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) ->
     return QuestionSummary(
         question=question,
         measurements=rows,
-        unit=unit,
+        unit=rows[0][0].estimate.unit,
         systems=Counter(measurement.verdict for _, measurement in rows),
         papers=papers,
-        mean=_combine(rows, unit),
+        mean=_combine(rows),
     )
 
 
-def _find_scale(decision: Decision, unit: str) -> float:
-    """Return the factor that converts an effect to `unit`, or NaN for a bound of 0."""
-    if unit != RELATIVE_UNIT:
-        return 1.0
-    bound = decision.estimate.equivalence_bound
-    return 1 / bound if bound else nan
-
-
-def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomEffects | None:
+def _combine(rows: Sequence[tuple[Decision, Measurement]]) -> RandomEffects | None:
     """Return the summary of the papers. The effect of a paper is the mean over its systems.
 
     The systems of a paper may have the same seeds. The standard error of a paper is therefore the
@@ -128,11 +112,9 @@ def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomE
     """
     effects: dict[str, list[tuple[float, float]]] = {}
     for decision, measurement in rows:
-        scale = _find_scale(decision, unit)
-        if not isnan(scale * measurement.standard_error):
+        if not isnan(measurement.standard_error):
             min_error = MIN_RELATIVE_ERROR * decision.estimate.equivalence_bound
-            error = max(measurement.standard_error, min_error)
-            values = (measurement.effect * scale, error * scale)
+            values = (measurement.effect, max(measurement.standard_error, min_error))
             effects.setdefault(decision.system.paper, []).append(values)
     if len(effects) < MIN_PAPERS:
         return None
@@ -145,12 +127,11 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
     """Yield a sentence on the table, and a sentence on each measured question."""
     systems = {decision.system for decision in decisions}
     papers = {system.paper for system in systems}
-    classes = Counter(decision.estimate.measurability for decision in decisions)
+    counts = Counter(decision.estimate.measurability for decision in decisions)
+    classes = "; ".join(f"{name}, {counts[name]}" for name in CLASSES if counts[name])
     yield (
         f"The table has {_count(len(systems), 'system')} of {_count(len(papers), 'paper')} and "
-        f"{_count(len(decisions), 'question')}: {classes[MEASURED]} are measured, "
-        f"{classes[IMPOSSIBLE]} are impossible by construction, and {classes[NOT_MEASURABLE]} are "
-        "not measurable."
+        f"{_count(len(decisions), 'question')}: {classes}."
     )
     for summary in summarize_questions(decisions):
         yield _conclude_question(summary)
@@ -179,18 +160,31 @@ def _describe_mean(summary: QuestionSummary) -> str:
     if summary.mean is None:
         return f"no mean effect, because fewer than {MIN_PAPERS} papers have two runs"
     mean = summary.mean
-    unit = "" if summary.unit == DIMENSIONLESS else f" {summary.unit}"
+    center, low, high, lowest, highest = (
+        format_effect(number, summary.unit)
+        for number in (mean.mean, mean.low, mean.high, mean.prediction_low, mean.prediction_high)
+    )
+    unit = f" {summary.unit}" if _needs_unit(summary.unit) else ""
     return (
-        f"mean effect {format_effect(mean.mean)}{unit} (95 % interval "
-        f"{format_effect(mean.low)} to {format_effect(mean.high)}; in another paper "
-        f"{format_effect(mean.prediction_low)} to {format_effect(mean.prediction_high)})"
+        f"mean effect {center}{unit} (95 % interval {low} to {high}; in another paper {lowest} to "
+        f"{highest})"
     )
 
 
-def format_effect(number: float) -> str:
-    """Return an effect with a sign: 0.123 -> "+0.12", and 1234.5 -> "+1,234"."""
+def _needs_unit(unit: str) -> bool:
+    """Return whether the unit follows a number. A logarithm is printed as a percentage."""
+    return unit not in (DIMENSIONLESS, LOG_RATIO)
+
+
+def format_effect(number: float, unit: str = DIMENSIONLESS) -> str:
+    """Return an effect with a sign: 0.123 -> "+0.12", and 1234.5 -> "+1,234".
+
+    A logarithm of first / last is returned as the percentage that is gone: log(2) -> "+50 %".
+    """
     if isnan(number):
         return "–"
+    if unit == LOG_RATIO:
+        return f"{100 * (1 - exp(-number)):+,.0f} %".replace("-", "−")
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
     return text.replace("-", "−")
 
@@ -217,15 +211,16 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
     rows = []
     for decision, measurement in summary.measurements:
         estimate, hurdle = decision.estimate, measurement.hurdle
-        unit = "" if estimate.unit == DIMENSIONLESS else f", {estimate.unit}"
-        interval = f"[{format_effect(measurement.low)}, {format_effect(measurement.high)}]"
-        size = f"{format_effect(hurdle.size)} in these" if hurdle.is_bimodal else ""
+        show = partial(format_effect, unit=estimate.unit)
+        unit = f", {estimate.unit}" if _needs_unit(estimate.unit) else ""
+        interval = f"[{show(measurement.low)}, {show(measurement.high)}]"
+        size = f"{show(hurdle.size)} in these" if hurdle.is_bimodal else ""
         rows.append(
             [
                 add_detail(": ".join(decision.system), f"{estimate.trait}{unit}"),
                 show_verdict(measurement),
-                add_detail(format_effect(measurement.effect), interval),
-                f"±{estimate.equivalence_bound:.2g}",
+                add_detail(show(measurement.effect), interval, *_describe_terms(estimate)),
+                f"±{show(estimate.equivalence_bound).removeprefix('+')}",
                 f"{measurement.q:.2g}",
                 f"{measurement.stability:.2f}",
                 measurement.runs,
@@ -241,6 +236,14 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
     table = tabulate(summary.title, [system], headings, rows)
     columns = {**dict.fromkeys(table.columns, "plain right"), system: "", "Verdict": ""}
     return table._replace(columns=columns, style="numbers claims")
+
+
+def _describe_terms(estimate: Estimate) -> list[str]:
+    """Return the median of each term, such as "learner +52 %"."""
+    return [
+        f"{name} {format_effect(float(values.median()), estimate.unit)}"
+        for name, values in estimate.terms.items()
+    ]
 
 
 def _count(number: int, noun: str) -> str:
@@ -260,10 +263,12 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
     for axes, summary in zip(panels, summaries, strict=True):
         axes.set_title(summary.question, loc="left", fontweight="bold")
-        axes.set_xlabel("" if summary.unit == DIMENSIONLESS else summary.unit)
+        axes.set_xlabel(summary.unit if _needs_unit(summary.unit) else "")
+        if summary.unit == LOG_RATIO:
+            axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for decision, measurement in summary.measurements:
-            _draw_measurement(axes, rows[decision.system], decision, measurement, summary)
+            _draw_measurement(axes, rows[decision.system], decision, measurement)
         if summary.mean:
             _draw_mean(axes, mean_row, summary.mean)
     ticks = [*rows.values(), mean_row]
@@ -300,14 +305,11 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_measurement(
-    axes: Axes, row: int, decision: Decision, measurement: Measurement, summary: QuestionSummary
-) -> None:
+def _draw_measurement(axes: Axes, row: int, decision: Decision, measurement: Measurement) -> None:
     """Draw a system: its equivalence bounds, its interval and its effect."""
-    scale = summary.scale(decision)
-    bound = scale * decision.estimate.equivalence_bound
+    bound = decision.estimate.equivalence_bound
     axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
-    numbers = [scale * value for value in (measurement.effect, measurement.low, measurement.high)]
+    numbers = (measurement.effect, measurement.low, measurement.high)
     draw_estimates(axes, row, numbers, VERDICT_STYLES[measurement.verdict], is_horizontal=True)
 
 

@@ -5,7 +5,7 @@ The functions need only NumPy and SciPy: samples are sequences of numbers withou
 References
 ----------
 - Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
-- Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
+- Sign test: W. J. Dixon and A. M. Mood, Journal of the American Statistical Association 41 (1946).
 - A12: A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000).
 - Percentile interval: B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 13.
 - Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
@@ -25,8 +25,10 @@ from baldwinlab.analysis.statistics.comparisons import (
     compare,
     compare_paired,
     compare_pairs,
+    log_ratio,
 )
-from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, signed_rank
+from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney
+from baldwinlab.analysis.statistics.sign_tests import sign_test
 
 __all__ = [
     "Comparison",
@@ -38,9 +40,10 @@ __all__ = [
     "compare_paired",
     "compare_pairs",
     "holm",
+    "log_ratio",
     "mann_whitney",
     "median_interval",
     "percentile_interval",
-    "signed_rank",
+    "sign_test",
     "summarize",
 ]

@@ -22,20 +22,19 @@ from baldwinlab.analysis.statistics.bootstrap import (
     Sample,
     check_sample,
     draw_resamples,
-    median_interval,
     percentile_interval,
     resample_medians,
     split_resamples,
 )
 from baldwinlab.analysis.statistics.rank_tests import (
     has_exact_mann_whitney,
-    has_exact_signed_rank,
     mann_whitney,
     mann_whitney_tests,
-    signed_rank,
-    signed_rank_tails,
 )
+from baldwinlab.analysis.statistics.sign_tests import sign_interval, sign_test
 
+# Largest factor in a logarithm of a ratio.
+MAX_CHANGE = 100.0
 # A verdict with a smaller stability is unstable.
 MIN_STABILITY = 0.9
 # Number of bootstrap samples of a stability.
@@ -88,7 +87,7 @@ class Pairs(NamedTuple):
     effect : float
         Median of the differences a - b.
     low, high : float
-        Ends of the 95 % bootstrap interval of the effect.
+        Ends of the 95 % interval of the effect, by the sign test.
     p : float
         Two-sided p-value, uncorrected.
     above, below : int
@@ -156,7 +155,7 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
 
 
 def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Pairs:
-    """Compare paired samples with the signed-rank test and the median difference.
+    """Compare paired samples with the sign test and the median difference.
 
     Parameters
     ----------
@@ -166,7 +165,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     Returns
     -------
     Pairs
-        The comparison. If a equals b in all pairs, p is 1. The interval of a single pair is NaN.
+        The comparison. If a equals b in all pairs, p is 1. The interval is NaN below six pairs.
 
     Raises
     ------
@@ -178,9 +177,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     if a.size != b.size:
         raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
     differences = a - b
-    low, high = median_interval(differences)
-    # The signed-rank test is undefined if all differences are 0.
-    p = signed_rank(differences) if differences.any() else 1.0
+    low, high = sign_interval(differences)
     return Pairs(
         n=a.size,
         median_a=float(np.median(a)),
@@ -188,7 +185,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
         effect=float(np.median(differences)),
         low=low,
         high=high,
-        p=p,
+        p=float(sign_test(differences[None])[0]),  # A single sample.
         above=int((differences > 0).sum()),
         below=int((differences < 0).sum()),
     )
@@ -205,7 +202,7 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     Returns
     -------
     Comparison
-        `p` is the p-value of the signed-rank test, `effect` the median difference, and `a12` the
+        `p` is the p-value of the sign test, `effect` the median difference, and `a12` the
         fraction of pairs in which a is larger, where a tie counts half. `u` is NaN.
 
     Raises
@@ -228,6 +225,16 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     )
 
 
+def log_ratio(a: Sample, b: Sample) -> Sample:
+    """Compute log(a / b). The result is 0 if both values are 0.
+
+    A factor beyond `MAX_CHANGE` counts as `MAX_CHANGE`, so that a value of 0 has a logarithm.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where((a == 0) & (b == 0), 1.0, a / b)
+    return np.asarray(np.log(ratio.clip(1 / MAX_CHANGE, MAX_CHANGE)), np.float64)
+
+
 def verdict_stability(
     values: Sample, verdict: str, decide: Callable[[Sample], Sequence[str]]
 ) -> float:
@@ -243,19 +250,14 @@ def verdict_stability(
 def direction_stability(
     a: Sample, b: Sample, direction: int, level: float, *, is_paired: bool
 ) -> float:
-    """Compute the fraction of bootstrap samples of runs with the same direction of a rank test.
+    """Compute the fraction of bootstrap samples of runs with the same direction of a test.
 
     `direction` is 1, -1 or 0, and `level` is the level of the uncorrected p-value. The p-value of a
     bootstrap sample uses an exact distribution if the p-value of the runs is exact.
     """
     if is_paired:
-        differences = a - b
-        ignores_ties = has_exact_signed_rank(differences)
         batches = draw_resamples(np.random.default_rng(SEED), STABILITY_RESAMPLES, a.size)
-        directions = [
-            _find_paired_directions(differences[indices], level, ignores_ties=ignores_ties)
-            for indices in batches
-        ]
+        directions = [_find_paired_directions((a - b)[indices], level) for indices in batches]
     else:
         ignores_ties = has_exact_mann_whitney(a, b)
         directions = [
@@ -281,12 +283,11 @@ def _draw_two_samples(size_a: int, size_b: int) -> Iterator[tuple[Indices, Indic
         )
 
 
-def _find_paired_directions(differences: Sample, level: float, *, ignores_ties: bool) -> Sample:
-    """Return the direction of the signed-rank test of each sample [sample, pair]."""
-    p = 2 * np.minimum(*signed_rank_tails(differences, ignores_ties=ignores_ties))
+def _find_paired_directions(differences: Sample, level: float) -> Sample:
+    """Return the direction of the sign test of each sample [sample, pair]."""
     # Ties count half in A12.
     a12 = 0.5 + np.sign(differences).mean(axis=1) / 2
-    return _find_significant(np.median(differences, axis=1), p, a12, level)
+    return _find_significant(np.median(differences, axis=1), sign_test(differences), a12, level)
 
 
 def _find_directions(

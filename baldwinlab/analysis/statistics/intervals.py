@@ -19,9 +19,9 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
+from baldwinlab.analysis.statistics.sign_tests import find_interval_rank
 
-# Probabilities of the ends of a 95 % interval.
-LOW_QUANTILE = 0.025
+# Probability of the upper end of a 95 % interval.
 HIGH_QUANTILE = 0.975
 
 
@@ -62,7 +62,7 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval
     # NaN is sorted to the end.
     ordered = np.sort(values.transpose(..., over).values, axis=-1)
     # The number k of the docstring. If k is 0, there is no interval.
-    rank = stats.binom.ppf(LOW_QUANTILE, np.maximum(count.values, 1), 0.5).astype(np.int64)
+    rank = find_interval_rank(count.values)
     has_interval = rank > 0
     low = np.where(has_interval, _take_along_last(ordered, rank - 1), np.nan)
     high = np.where(has_interval, _take_along_last(ordered, count.values - rank), np.nan)

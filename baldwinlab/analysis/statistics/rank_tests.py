@@ -1,12 +1,9 @@
-"""Rank tests of a difference or of equivalence, and the correction of p-values.
+"""The rank test of two samples, and the correction of p-values.
 
 References
 ----------
 Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
-Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
 Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
-Two one-sided tests: D. J. Schuirmann, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
-Rank-based version: S. Wellek, Testing Statistical Hypotheses of Equivalence (2010), chapter 5.
 """
 
 from __future__ import annotations
@@ -26,89 +23,13 @@ from baldwinlab.analysis.statistics.bootstrap import Sample
 MAX_EXACT_PAIRS = 40_000
 # Largest number of divisions of tied values into two samples for an exact p-value.
 MAX_EXACT_ARRANGEMENTS = 20_000
-# Largest number of differences for which all 2**n combinations of signs are enumerated.
-MAX_EXACT_SIGNS = 13
-# Largest number of differences without ties for which SciPy computes an exact p-value.
-MAX_EXACT_DIFFERENCES = 50
 # Number of samples that are enumerated together, which bounds the memory.
 SAMPLES_PER_BLOCK = 250
-
-
-def signed_rank(differences: Sample) -> float:
-    """Compute the two-sided p-value of Wilcoxon's signed-rank test.
-
-    p is exact for up to 13 differences, with or without ties, and for up to 50 without ties.
-    Otherwise p is the normal approximation with the correction for ties.
-
-    Parameters
-    ----------
-    differences
-        Differences of the pairs, [pair]. At least one must not be 0; zeros are ignored.
-
-    Returns
-    -------
-    float
-        The p-value, above 0 and at most 1.
-    """
-    if differences.size > MAX_EXACT_SIGNS or not _has_tied_differences(differences):
-        return float(stats.wilcoxon(differences).pvalue)
-    # SciPy would take a second or more, because SciPy enumerates the signs one at a time.
-    share_below, share_above = _enumerate_signs(differences[None])  # One sample.
-    return min(1.0, 2 * min(float(share_below[0]), float(share_above[0])))
-
-
-def has_exact_signed_rank(differences: Sample) -> bool:
-    """Return whether the p-value of `signed_rank` is exact."""
-    if differences.size <= MAX_EXACT_SIGNS:
-        return True
-    return differences.size <= MAX_EXACT_DIFFERENCES and not _has_tied_differences(differences)
-
-
-def _has_tied_differences(differences: Sample) -> bool:
-    """Return whether two differences have the same size. A difference of 0 counts as a tie."""
-    return np.unique(np.abs(differences[differences != 0])).size < differences.size
-
-
-def signed_rank_tails(samples: Sample, *, ignores_ties: bool = False) -> tuple[Sample, Sample]:
-    """Compute both one-sided p-values of Wilcoxon's signed-rank test for samples [sample, pair].
-
-    Returns p-values [sample] of the alternatives that differences are below 0 and above 0. p is
-    exact for up to 13 differences, and else as in SciPy. Zeros are ignored. p is 1 if all are 0.
-    `ignores_ties`: with more than 13 differences, use the exact distribution without ties. This
-    suits bootstrap samples, which repeat values, if the p-value of the original runs is exact.
-    """
-    if samples.shape[1] <= MAX_EXACT_SIGNS:
-        tails = [_enumerate_signs(block) for block in _split_samples(samples)]
-        share_below, share_above = (np.concatenate(tail) for tail in zip(*tails, strict=True))
-        return share_below, share_above
-    method: Literal["auto", "exact"] = "exact" if ignores_ties else "auto"
-    # SciPy divides by 0 if all differences are 0.
-    with np.errstate(invalid="ignore", divide="ignore"):
-        p_less, p_greater = (
-            stats.wilcoxon(samples, axis=1, alternative=alternative, method=method).pvalue
-            for alternative in ("less", "greater")
-        )
-    return np.where(np.isnan(p_less), 1.0, p_less), np.where(np.isnan(p_greater), 1.0, p_greater)
 
 
 def _split_samples(samples: Sample) -> list[Sample]:
     """Split samples [sample, value] into blocks of at most `SAMPLES_PER_BLOCK` samples."""
     return np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))  # Rounded up.
-
-
-def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
-    """Return the fractions [sample] of signs with a rank sum up to, and from, the observed one."""
-    sizes = np.abs(samples)
-    n_zeros = (sizes == 0).sum(axis=1, keepdims=True)
-    # Ranks among the differences that are not 0, [sample, pair]. A difference of 0 has no rank.
-    ranks = np.where(sizes > 0, stats.rankdata(sizes, axis=1) - n_zeros, 0.0)
-    n_pairs = samples.shape[1]
-    # The bits of an integer are a combination of signs, [combination, pair]. Bit 1 is positive.
-    is_positive = (np.arange(2**n_pairs)[:, None] >> np.arange(n_pairs)) & 1
-    # [combination, sample]
-    rank_sums = is_positive.astype(np.float64) @ ranks.T
-    observed = np.where(samples > 0, ranks, 0.0).sum(axis=1)
-    return (rank_sums <= observed).mean(axis=0), (rank_sums >= observed).mean(axis=0)
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
@@ -214,18 +135,3 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
     corrected = np.empty_like(p_values)
     corrected[order] = np.minimum(increasing, 1)
     return corrected
-
-
-def equivalence_p(samples: Sample, bound: float, *, ignores_ties: bool = False) -> Sample:
-    """Compute the p-value of the two one-sided signed-rank tests for samples [sample, pair].
-
-    One test shows that the differences are below `bound`. The other test shows that the differences
-    are above `-bound`. The result is the larger p-value [sample]. If all n differences are 0, the
-    result is the smallest possible p-value, `0.5 ** n`, even if `bound` is 0. No other sample is
-    equivalent with the bound 0. The bound is fixed before the data are seen. `ignores_ties`: see
-    `signed_rank_tails`.
-    """
-    below, _ = signed_rank_tails(samples - bound, ignores_ties=ignores_ties)
-    _, above = signed_rank_tails(samples + bound, ignores_ties=ignores_ties)
-    has_only_zeros = ~samples.any(axis=1)
-    return np.where(has_only_zeros, 0.5 ** samples.shape[1], np.maximum(below, above))

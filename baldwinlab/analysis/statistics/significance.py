@@ -8,8 +8,6 @@ the effect is the observed one.
 References
 ----------
 Minimum attainable p-value: R. E. Tarone, Biometrics 46 (1990).
-Required runs: E. L. Lehmann, Nonparametrics: Statistical Methods Based on Ranks (1975), section
-4.2.
 False discovery rate: Y. Benjamini and Y. Hochberg, Journal of the Royal Statistical Society B 57
 (1995).
 """
@@ -18,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import count
-from math import ceil, comb, exp, isfinite, lgamma, log2, nextafter, sqrt
+from math import ceil, comb, exp, isfinite, lgamma, nextafter
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -34,7 +32,7 @@ MIN_INTERVAL_RUNS: Final = 6
 # Largest number of runs for which arrangements are counted exactly. Millions take long.
 MAX_EXACT_RUNS = 1000
 
-TestMethod = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
+TestMethod = Literal["Mann-Whitney", "sign", "log-rank"]
 # Function that corrects the p-values of a family of tests.
 Correction = Callable[[Sequence[float]], Sample]
 # Probability that a study of the required size detects the effect.
@@ -49,14 +47,14 @@ class PlannedTest(NamedTuple):
     # Sizes of the samples, at least 1. For pairs, both sizes are the number of pairs.
     n_a: int
     n_b: int
-    method: TestMethod = "Mann-Whitney"  # "Wilcoxon" is the signed-rank test of pairs.
+    method: TestMethod = "Mann-Whitney"  # "sign" is the sign test of pairs.
 
     @property
     def smallest_p(self) -> float:
         """The smallest p-value of these sizes, or 0 for the log-rank test, which is not exact."""
         if self.method == "log-rank":
             return 0.0
-        if self.method == "Wilcoxon":
+        if self.method == "sign":
             return min(1.0, 2.0 ** (1 - self.n_a))
         n_runs = self.n_a + self.n_b
         if n_runs <= MAX_EXACT_RUNS:
@@ -66,8 +64,8 @@ class PlannedTest(NamedTuple):
 
 
 def plan_paired_test(n_pairs: int) -> PlannedTest:
-    """Return the signed-rank test of a number of pairs."""
-    return PlannedTest(n_pairs, n_pairs, "Wilcoxon")
+    """Return the sign test of a number of pairs."""
+    return PlannedTest(n_pairs, n_pairs, "sign")
 
 
 def smallest_corrected_p(tests: Sequence[PlannedTest], correct: Correction = holm) -> Sample:
@@ -129,30 +127,20 @@ def _format_count(number: object, noun: str) -> str:
     return f"{number} {noun}{'' if str(number) == '1' else 's'}"
 
 
-def signed_rank_runs(differences: Sample, level: float) -> int | None:
+def sign_test_runs(differences: Sample, level: float) -> int | None:
     """Compute the number of runs that detects the observed effect with a probability of 80 %.
 
-    `differences` are at least two finite values, and `level` is corrected for the other tests. The
-    result is None if more than `MAX_RUNS` runs are needed. It is never less than the smallest
-    number of runs with which the test can be significant.
+    `differences` are finite values, and `level` is corrected for the other tests. The power of the
+    sign test is that of the binomial distribution. The result is None if more than `MAX_RUNS` runs
+    are needed.
     """
-    sums = differences[:, None] + differences  # [run, other run]
-    # By run: probability that the sum with another difference is above 0. A tie counts half.
-    is_above = np.where(sums == 0, 0.5, sums > 0)
-    np.fill_diagonal(is_above, 0.0)
-    probabilities = is_above.sum(axis=1) / (differences.size - 1)
-    distance = abs(float(probabilities.mean()) - 0.5)
-    if distance == 0:
-        return None
-    # Standard deviations for one run, without an effect and with the observed effect.
-    null_deviation = 1 / sqrt(3)
-    deviation = 2 * float(probabilities.std())
-    quantiles = float(stats.norm.isf(level / 2)), float(stats.norm.ppf(POWER))
-    runs = ceil(((quantiles[0] * null_deviation + quantiles[1] * deviation) / distance) ** 2)
-    # The smallest p-value of n runs is 2 ** (1 - n).
-    smallest = int(1 - log2(level)) + 1
-    required = max(runs, smallest)
-    return required if required <= MAX_RUNS else None
+    # Probability that a difference has the sign of most differences. A tie counts half.
+    probability = 0.5 + abs(float(np.sign(differences).mean())) / 2
+    runs = np.arange(1, MAX_RUNS + 1)
+    # Largest number of equal signs that is not significant.
+    largest = stats.binom.isf(level / 2, runs, 0.5)
+    sufficient = runs[stats.binom.sf(largest, runs, probability) >= POWER]
+    return int(sufficient[0]) if sufficient.size else None
 
 
 def level_of_next_test(corrected: Sequence[float] | Sample) -> float:

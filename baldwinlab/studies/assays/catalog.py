@@ -139,7 +139,9 @@ def estimate_assays(
             n_tasks = math.ceil(n_runs / runs_per_task)
             tasks.append((_task_bytes(experiment, names, runs_per_task), n_tasks))
             results_bytes = sum(_results_bytes(study, condition, name, n_runs) for name in names)
-            disk += results_bytes + len(names) * header_bytes
+            # A file with a control also has the experiment of the control.
+            n_headers = sum(1 + assay.uses_control for assay in get_assays(names))
+            disk += results_bytes + n_headers * header_bytes
             largest_results_bytes = max(largest_results_bytes, results_bytes)
     if not tasks:
         return NO_NEED

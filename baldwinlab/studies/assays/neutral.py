@@ -60,7 +60,7 @@ def count_lives(study: Conditions, condition: str) -> int:
     if experiment.learns:
         # The evolved newborns are simulated without learning, and the control with learning.
         n_lives += n_compared
-        inherits = _inherits_learned(experiment)
+        inherits = inherits_learned(experiment)
         n_lives += experiment.evolution.generations if inherits else n_compared
     return n_lives
 
@@ -81,15 +81,12 @@ def measure(sample: Sample) -> Arrays:
     for generation in range(experiment.evolution.generations):
         is_compared = generation in compared
         learners = None
-        if experiment.learns and (is_compared or _inherits_learned(experiment)):
+        if experiment.learns and (is_compared or inherits_learned(experiment)):
             learners = sample.simulate(experiment, generation, genomes)
         if is_compared:
             index = compared.index(generation)
             _compare(sample, generation, genomes, learners, energy[index])
-        children = _next_controls(sample, control, generation, genomes, learners)
-        # The control of a run that stopped does not evolve further than the run.
-        continues = sample.has_generation(generation + 1)
-        genomes = np.where(continues[:, None, None, None], children, genomes)
+        genomes = make_next_controls(sample, control, generation, genomes, learners)
     run_dimension = 3
     return {"energy": np.moveaxis(energy, run_dimension, 0)}
 
@@ -116,17 +113,21 @@ def _compare(
     evolved_energy[OFF] = sample.simulate(without_learning, generation, evolved).energy
 
 
-def _next_controls(
+def make_next_controls(
     sample: Sample, control: Experiment, generation: int, genomes: Genome, learners: Outcomes | None
 ) -> Genome:
-    """Return the next generation of the control, [run, agent, module, weight]."""
+    """Return the next generation of the control, [run, agent, module, weight].
+
+    The control of a run that stopped does not evolve further than the run.
+    """
     # Equal fitness: no parent counts as the fitter one.
     fitness = np.zeros(genomes.shape[:2])
     learned_weights = None if learners is None else learners.weights
     inherited = apply_inheritance(control.at(generation), genomes, learned_weights)
     keys = make_run_keys(sample.seed, sample.runs, generation + 1)
     children, _ = make_generation(control, keys, inherited, fitness)
-    return children
+    continues = sample.has_generation(generation + 1)
+    return np.where(continues[:, None, None, None], children, genomes)
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
@@ -134,7 +135,7 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
     return list(range(experiment.evolution.generations))[-MAX_GENERATIONS:]
 
 
-def _inherits_learned(experiment: BaseExperiment) -> bool:
+def inherits_learned(experiment: BaseExperiment) -> bool:
     """Return whether learned weights are inherited in any generation."""
     return any(
         segment.part("evolution.inheritance").wants_learned(segment)

@@ -25,12 +25,13 @@ class Stored(NamedTuple):
 
     runs: xr.Dataset
     innate: xr.Dataset
+    assimilation: xr.Dataset
     experiment: BaseExperiment
 
 
 @pytest.fixture(scope="package")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Stored]:
-    """The runs and the assay `innate` of `CONDITIONS`."""
+    """The runs and the assays `innate` and `assimilation` of `CONDITIONS`."""
     data = {}
     folder = tmp_path_factory.mktemp("estimands")
     for paper, (conditions, size, generations) in STUDIES.items():
@@ -41,9 +42,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Stored]:
             for name in conditions
         ]
         study = bl.run(experiments, runs=4, seed=1, out=folder / paper, workers=1)
-        innate, runs = study.assay("innate", workers=1), study.data()
+        assays = [study.assay(assay, workers=1) for assay in ("innate", "assimilation")]
         for name in conditions:
-            data[name] = Stored(
-                runs.sel(condition=name), innate.sel(condition=name), study.experiment(name)
-            )
+            datasets = [values.sel(condition=name) for values in (study.data(), *assays)]
+            data[name] = Stored(*datasets, study.experiment(name))
     return data

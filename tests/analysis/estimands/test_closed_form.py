@@ -40,7 +40,7 @@ def log_fitness_on(model: Any, x: Any) -> Any:
 def test_every_generation_has_the_differential_of_its_own_distribution(
     stored: dict[str, Stored], condition: str
 ) -> None:
-    runs, innate, experiment = stored[condition]
+    runs, innate, _, experiment = stored[condition]
     model = experiment.model_part
     # Genomes have single precision, and so has the sum of x and the step.
     newborns = runs["innate_x"].values

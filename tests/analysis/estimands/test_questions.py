@@ -8,6 +8,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.estimands import (
+    CANNOT_RISE,
     IMPOSSIBLE,
     MEASURED,
     NOT_MEASURABLE,
@@ -15,6 +16,7 @@ from baldwinlab.analysis.estimands import (
     Estimate,
     estimate,
 )
+from baldwinlab.analysis.results.verdicts import EQUAL
 from baldwinlab.studies.assays.fork import HISTORIES, REGIMES
 from tests.analysis.estimands.conftest import Stored
 
@@ -55,7 +57,7 @@ def test_every_question_has_a_row_although_no_assay_is_stored(stored: dict[str, 
 
 def test_a_measured_question_has_one_value_per_run_and_a_bound(stored: dict[str, Stored]) -> None:
     data = stored["guessing"]
-    rows = estimates(data, innate=data.innate)
+    rows = estimates(data, innate=data.innate, assimilation=data.assimilation)
     for name in ("selection-by-learning", "assimilation", "savings"):
         row = rows[name]
         assert row.measurability == MEASURED
@@ -81,12 +83,22 @@ def test_effects_of_a_fork_are_those_of_the_last_start(stored: dict[str, Stored]
     values = estimates(stored["costly-climbing/rugged"], fork=worse)["fork-history"].values
     assert values is not None
     assert values.values.tolist() == pytest.approx([-0.75] * 4)
-    # A fork with constant innate fitness is not measurable.
-    constant = fork().map(np.ones_like, keep_attrs=True)
-    rows = estimates(stored["costly-climbing/rugged"], fork=constant)
-    for name in ("fork-history", "fork-regime"):
-        assert rows[name].measurability == NOT_MEASURABLE
-        assert rows[name].reason == "Innate fitness is 1 for all agents of all branches."
+
+
+@pytest.mark.parametrize(("n_above", "is_measured"), [(0, False), (2, False), (3, True)])
+def test_a_fork_needs_a_share_of_agents_above_the_floor(
+    n_above: int, is_measured: bool, stored: dict[str, Stored]
+) -> None:
+    data = fork().map(np.ones_like, keep_attrs=True)
+    # Without learning, both histories have 48 agents in four runs, of which 3 are more than 5 %.
+    data["innate_fitness"][:n_above, 1, HISTORIES.index("learner"), REGIMES.index("off"), 0] = 2
+    row = estimates(stored["costly-climbing/rugged"], fork=data)["fork-history"]
+    assert (row.measurability == MEASURED) == is_measured
+    if not n_above:
+        assert row.reason == (
+            "0.0% of the agents of both groups are above the lowest innate fitness, 1, and 5% are "
+            "needed."
+        )
 
 
 def test_a_learned_step_of_constant_length_cannot_become_innate(
@@ -96,6 +108,31 @@ def test_a_learned_step_of_constant_length_cannot_become_innate(
     row = estimates(data, innate=data.innate)["assimilation"]
     assert row.measurability == IMPOSSIBLE
     assert row.reason == "Learning adds the same step to x in every life."
+
+
+def test_inherited_learning_is_innate_by_construction(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    lamarckian = data.experiment.replace(evolution={"lamarckian_share": 0.5})
+    row = estimates(data._replace(experiment=lamarckian), assimilation=data.assimilation)
+    assert row["assimilation"].measurability == IMPOSSIBLE
+    assert row["assimilation"].reason == "Children inherit what their parents have learned."
+
+
+def test_equal_terms_are_a_class_of_their_own(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    distance = data.assimilation["distance"]
+    equal = data.assimilation.assign(distance=0 * distance + distance.sel(history="learner"))
+    row = estimates(data, assimilation=equal)["assimilation"]
+    assert (row.measurability, row.values) == (EQUAL, None)
+    # Both terms remain, and they are not 0.
+    assert float(abs(row.terms["learner"]).min()) > 0
+
+
+def test_selection_by_ranks_of_innate_fitness_cannot_rise(stored: dict[str, Stored]) -> None:
+    data = stored["costly-climbing/rugged"]
+    ranked = data.experiment.replace(evolution={"selection": "rank"})
+    row = estimates(data._replace(experiment=ranked), innate=data.innate)["selection-by-learning"]
+    assert (row.measurability, row.values) == (CANNOT_RISE, None)
 
 
 def test_questions_without_an_answer_are_not_measurable_or_impossible(
@@ -112,8 +149,8 @@ def test_questions_without_an_answer_are_not_measurable_or_impossible(
     rows = estimate(data.runs, {"innate": data.innate}, species, 5)
     assert {row.measurability for row in rows} == {NOT_MEASURABLE}
     # A distance that is 0 from the start is not measurable.
-    without_unset = data._replace(runs=data.runs.assign(unset=data.runs["unset"] * 0))
-    row = estimates(without_unset, innate=data.innate)["assimilation"]
+    no_distance = data.assimilation.assign(distance=0 * data.assimilation["distance"])
+    row = estimates(data, assimilation=no_distance)["assimilation"]
     assert (row.measurability, row.values) == (NOT_MEASURABLE, None)
     # An unknown selection scheme is not measurable.
     experiment = data.experiment.replace(evolution={"selection": "lexicase"})

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.estimands.questions import MEASURED, Estimate, Measurability
+from baldwinlab.analysis.estimands.questions import MEASURED, Estimate, Measurability, classify
 
 
 def make_estimate(
@@ -20,7 +20,7 @@ def make_estimate(
 ) -> Estimate:
     """Return an estimate with one value per run, or without values."""
     array = None if values is None else xr.DataArray(np.asarray(values, float), dims="run")
-    return Estimate(
+    estimate = Estimate(
         question=question,
         trait="innate fitness",
         unit=unit,
@@ -29,3 +29,4 @@ def make_estimate(
         values=array,
         equivalence_bound=bound,
     )
+    return classify(estimate)

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from baldwinlab.analysis.estimands import QUESTIONS
-from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, Estimate
+from baldwinlab.analysis.estimands.questions import IMPOSSIBLE, LOG_RATIO, Estimate
 from baldwinlab.analysis.gallery.decisions import Decision, SystemName, decide
-from baldwinlab.analysis.gallery.summary import TITLES, conclude, format_effect, summarize_questions
+from baldwinlab.analysis.gallery.summary import (
+    TITLES,
+    conclude,
+    format_effect,
+    summarize_questions,
+    tabulate_measurements,
+)
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 UP = 1 + np.arange(12) / 100
 DOWN = -UP
-NONE = np.zeros(12)
+NONE = np.tile([-0.001, 0.001], 6)
 
 
 def make_table(**papers: list[Estimate]) -> list[Decision]:
@@ -49,36 +58,31 @@ def test_a_paper_with_many_systems_has_the_weight_of_one_paper() -> None:
     assert summary.mean is None
 
 
-def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
-    table = make_table(
-        a=[make_estimate(UP, unit="items", bound=1.0)],
-        b=[make_estimate(10 * UP, unit="trials", bound=10.0)],
-        c=[make_estimate(100 * UP, unit="lives", bound=100.0)],
-    )
-    (summary,) = summarize_questions(table)
-    assert summary.unit == "equivalence bounds" and summary.mean is not None
-    assert summary.mean.mean == pytest.approx(np.median(UP))
-    # An effect with a bound of 0 is not in the mean of relative effects.
-    papers = {
-        name: [make_estimate(UP, bound=bound)]
-        for name, bound in zip("abc", (1.0, 2.0, 4.0), strict=True)
-    }
-    (summary,) = summarize_questions(make_table(**papers, d=[make_estimate(UP, bound=0.0)]))
-    assert summary.mean is not None and summary.mean.papers == 3
-
-
 def test_at_most_six_sentences_follow_from_the_table() -> None:
     papers = {
         paper: [make_estimate(UP, question=question) for question in QUESTIONS] for paper in "abc"
     }
     sentences = list(conclude(make_table(**papers)))
     assert len(sentences) == 6
-    assert "15 questions: 15 are measured, 0 are impossible" in sentences[0]
+    assert sentences[0].endswith("15 questions: measured, 15.")
     assert all(
         "in 3 of 3 measured systems and in 3 of 3 papers; mean effect" in sentence
         for sentence in sentences[1:]
     )
     assert tuple(TITLES) == QUESTIONS
+
+
+def test_a_logarithm_is_printed_as_the_percentage_that_is_gone_with_its_terms() -> None:
+    terms = {name: xr.DataArray(UP * factor) for name, factor in (("learner", 2), ("control", 1))}
+    estimate = replace(make_estimate(UP, unit=LOG_RATIO, bound=0.05), terms=terms)
+    table = make_table(a=[estimate], b=[estimate], c=[estimate])
+    assert "mean effect +65 % (95 % interval" in list(conclude(table))[1]
+    (summary,) = summarize_questions(table)
+    _, ((_, effect, bound, *_), *_) = tabulate_measurements(summary).groups[0]
+    assert str(effect) == "+65 % <small>[+64 %, +66 %]; learner +88 %; control +65 %</small>"
+    assert bound == "±5 %"
+    row = table[0].row()
+    assert (row["learner"], row["control"], row["neutral"]) == pytest.approx((2.11, 1.055, None))
 
 
 @pytest.mark.parametrize(

@@ -34,10 +34,10 @@ def compute_stability(a: Sample, b: Sample) -> Any:
 
 COMPARISONS: dict[str, Callable[[Sample, Sample], Any]] = {
     "Mann-Whitney": compare,
-    "signed-rank": compare_paired,
+    "sign test": compare_paired,
     "log-rank": compare_as_survival,
     "stability of Mann-Whitney": lambda a, b: direction_stability(a, b, 0, 0.05, is_paired=False),
-    "stability of signed-rank": lambda a, b: direction_stability(a, b, 0, 0.05, is_paired=True),
+    "stability of the sign test": lambda a, b: direction_stability(a, b, 0, 0.05, is_paired=True),
     "stability of a verdict": compute_stability,
 }
 

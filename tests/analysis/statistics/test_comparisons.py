@@ -81,24 +81,16 @@ def test_a12_of_normal_samples_is_that_of_vargha_and_delaney(d: float, a12: floa
 def test_pairs_as_in_hollander_and_wolfe() -> None:
     """Compare with Hollander and Wolfe, Nonparametric Statistical Methods (1973), p. 29 ff.
 
-    The help of wilcox.test in R has the same example.
+    The depression of nine patients before and after a therapy: two of the nine signs are negative.
     """
     first = [1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30]
     second = [0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29]
     comparison = compare_pairs(first, second)
-    assert comparison.p == pytest.approx(2 * 0.01953125)
+    assert comparison.p == pytest.approx(2 * (1 + 9 + 36) / 2**9)
     assert (comparison.n, comparison.above, comparison.below) == (9, 7, 2)
-    assert (
-        comparison.effect == pytest.approx(0.49)
-        and comparison.low <= comparison.effect <= comparison.high
-    )
-
-
-@settings(max_examples=60)
-@given(some.lists(some.integers(-4, 4).map(float), min_size=1, max_size=6).filter(any))
-def test_pairs_with_ties_have_the_exact_p_value_of_scipy(differences: list[float]) -> None:
-    comparison = compare_pairs(differences, [0.0] * len(differences))
-    assert comparison.p == pytest.approx(stats.wilcoxon(differences).pvalue, abs=1e-12)
+    assert comparison.effect == pytest.approx(0.49)
+    # The interval is from the second smallest to the second largest difference.
+    assert (comparison.low, comparison.high) == pytest.approx((-0.08, 0.952))
 
 
 def test_pairs_can_differ_although_samples_do_not() -> None:
@@ -212,7 +204,7 @@ def test_runs_that_agree_have_a_stable_verdict() -> None:
 def naive_direction(a: Sample, b: Sample, level: float, is_paired: bool) -> int:
     effect = float(np.median(a - b) if is_paired else np.median(a) - np.median(b))
     if is_paired:
-        p = float(stats.wilcoxon(a, b).pvalue)
+        p = float(stats.binomtest(int((a > b).sum()), int((a != b).sum())).pvalue)
         a12 = float(np.mean(a > b) + np.mean(a == b) / 2)
     else:
         p = float(stats.mannwhitneyu(a, b, method="exact").pvalue)
@@ -222,11 +214,13 @@ def naive_direction(a: Sample, b: Sample, level: float, is_paired: bool) -> int:
     return int(np.sign(effect))
 
 
-@pytest.mark.parametrize("is_paired", [False, True])
-def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(is_paired: bool) -> None:
+@pytest.mark.parametrize(("is_paired", "shift"), [(False, 0.8), (True, 1.2)])
+def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(
+    is_paired: bool, shift: float
+) -> None:
     """The oracle draws its own samples and decides each of them alone."""
     generator = np.random.default_rng(7)
-    a = generator.normal(0.8, 1, 20)
+    a = generator.normal(shift, 1, 20)
     b = generator.normal(0, 1, 20)
     counts = {-1: 0, 0: 0, 1: 0}
     for _ in range(500):
@@ -246,8 +240,8 @@ def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(is_paire
         (6, 20, "Mann-Whitney"),
         (8, 8, "Mann-Whitney"),
         (3, 100, "Mann-Whitney"),
-        (9, 9, "Wilcoxon"),
-        (14, 14, "Wilcoxon"),
+        (9, 9, "sign"),
+        (14, 14, "sign"),
     ],
 )
 def test_a_verdict_at_the_smallest_p_value_is_stable(
@@ -257,5 +251,5 @@ def test_a_verdict_at_the_smallest_p_value_is_stable(
     level = 1.01 * PlannedTest(size_a, size_b, method).smallest_p
     a = 1000 + np.random.default_rng(1).normal(size=size_a)
     b = np.random.default_rng(2).normal(size=size_b)
-    is_paired = method == "Wilcoxon"
+    is_paired = method == "sign"
     assert direction_stability(a, b, 1, level, is_paired=is_paired) == 1

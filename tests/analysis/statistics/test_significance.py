@@ -13,7 +13,8 @@ from scipy import stats
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import compare
-from baldwinlab.analysis.statistics.rank_tests import holm, signed_rank_tails
+from baldwinlab.analysis.statistics.rank_tests import holm
+from baldwinlab.analysis.statistics.sign_tests import sign_test
 from baldwinlab.analysis.statistics.significance import (
     MAX_RUNS,
     PlannedTest,
@@ -26,7 +27,7 @@ from baldwinlab.analysis.statistics.significance import (
     q_values,
     rank_test_runs,
     required_runs,
-    signed_rank_runs,
+    sign_test_runs,
     smallest_corrected_p,
 )
 
@@ -54,24 +55,22 @@ def test_mann_whitney_has_no_smaller_p_value_in_any_order_of_the_runs(n_a: int, 
 
 
 @pytest.mark.parametrize("runs", range(1, 9))
-def test_wilcoxon_has_no_smaller_p_value_with_any_signs_of_the_differences(runs: int) -> None:
-    sizes = np.arange(1.0, runs + 1)
-    outcomes = [sizes * np.array(signs) for signs in product((-1, 1), repeat=runs)]
-    exact = [stats.wilcoxon(differences, method="exact").pvalue for differences in outcomes]
-    assert PlannedTest(runs, runs, "Wilcoxon").smallest_p == pytest.approx(min(exact))
-    assert min(map(statistics.signed_rank, outcomes)) == pytest.approx(min(exact))
+def test_pairs_have_no_smaller_p_value_with_any_signs_of_the_differences(runs: int) -> None:
+    outcomes = np.array(list(product((-1.0, 1.0), repeat=runs)))
+    smallest = float(sign_test(outcomes).min())
+    assert PlannedTest(runs, runs, "sign").smallest_p == pytest.approx(smallest)
 
 
 @pytest.mark.parametrize("runs", [2, 5, 9, 14, 20, 30])
 def test_ties_allow_no_smaller_p_value(runs: int) -> None:
     """All runs of a condition are equal. For many runs, p is the normal approximation."""
     assert statistics.compare([1.0] * runs, [0.0] * runs).p >= PlannedTest(runs, runs).smallest_p
-    assert statistics.signed_rank(np.ones(runs)) >= PlannedTest(runs, runs, "Wilcoxon").smallest_p
+    assert sign_test(np.ones((1, runs)))[0] >= PlannedTest(runs, runs, "sign").smallest_p
 
 
 def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
     generator = np.random.default_rng(5)
-    pairs = PlannedTest(5, 5, "Wilcoxon")
+    pairs = PlannedTest(5, 5, "sign")
     designs = [PlannedTest(3, 3), PlannedTest(4, 6), pairs, PlannedTest(6, 6)]
     bound = smallest_corrected_p(designs)
     for _ in range(200):
@@ -82,14 +81,14 @@ def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
         ps = [
             statistics.mann_whitney(*a)[1],
             statistics.mann_whitney(*b)[1],
-            statistics.signed_rank(c[0] - c[1]),
+            float(sign_test((c[0] - c[1])[None])[0]),
             statistics.mann_whitney(*d)[1],
         ]
         assert (statistics.holm(ps) >= bound - 1e-12).all()
 
 
 @pytest.mark.parametrize(
-    ("tests", "kind"), [(1, "Mann-Whitney"), (2, "Mann-Whitney"), (9, "Wilcoxon"), (28, "Wilcoxon")]
+    ("tests", "kind"), [(1, "Mann-Whitney"), (2, "Mann-Whitney"), (9, "sign"), (28, "sign")]
 )
 def test_one_run_less_than_required_is_too_few(tests: int, kind: TestMethod) -> None:
     designs = [PlannedTest(1, 1, kind)] * tests
@@ -99,18 +98,18 @@ def test_one_run_less_than_required_is_too_few(tests: int, kind: TestMethod) -> 
 
 
 def test_the_description_states_the_required_number_of_runs() -> None:
-    assert describe_too_few([PlannedTest(6, 6, "Wilcoxon")] * 9) == (
+    assert describe_too_few([PlannedTest(6, 6, "sign")] * 9) == (
         "With 6 runs and 9 tests, the smallest corrected p-value is 0.28. "
         "At least 9 runs are needed."
     )
-    assert describe_too_few([PlannedTest(8, 8, "Wilcoxon")] * 28) == (
+    assert describe_too_few([PlannedTest(8, 8, "sign")] * 28) == (
         "With 8 runs and 28 tests, the smallest corrected p-value is 0.22. "
         "At least 11 runs are needed."
     )
     assert describe_too_few([PlannedTest(1, 1)]) == (
         "With 1 run and 1 test, the smallest corrected p-value is 1. At least 4 runs are needed."
     )
-    assert describe_too_few([PlannedTest(11, 11, "Wilcoxon")] * 28) == describe_too_few([]) == ""
+    assert describe_too_few([PlannedTest(11, 11, "sign")] * 28) == describe_too_few([]) == ""
     assert describe_too_few([PlannedTest(10**8, 10**8)] * 4) == ""
     assert PlannedTest(3, 3, "log-rank").smallest_p == 0, "this test has no minimum"
     # The description counts only tests that cannot be significant.
@@ -132,30 +131,27 @@ def test_the_p_value_of_many_runs_is_that_of_counting_all_orders(n_a: int, n_b: 
 def test_a_study_of_the_required_size_detects_the_effect_in_four_of_five_cases(
     shift: float, level: float
 ) -> None:
-    generator = np.random.default_rng(5)
-    # Enough runs that the observed effect is the true effect.
-    runs = signed_rank_runs(generator.normal(shift, 1, 2000), level)
+    # Quantiles instead of random values: the observed effect is the true effect.
+    runs = sign_test_runs(shift + stats.norm.ppf((np.arange(2000) + 0.5) / 2000), level)
     assert runs is not None
-    p_less, p_greater = signed_rank_tails(generator.normal(shift, 1, (2000, runs)))
-    power = np.mean(2 * np.minimum(p_less, p_greater) < level)
-    assert 0.72 < power < 0.88
+    generator = np.random.default_rng(5)
+    power = np.mean(sign_test(generator.normal(shift, 1, (2000, runs))) < level)
+    assert 0.77 < power < 0.88
 
 
 @pytest.mark.parametrize("level", [0.05, 0.001])
 def test_a_clear_effect_needs_the_runs_with_which_the_test_can_be_significant(
     level: float,
 ) -> None:
-    runs = signed_rank_runs(np.arange(1.0, 9.0), level)
+    runs = sign_test_runs(np.arange(1.0, 9.0), level)
     assert runs is not None
-    assert 2.0 ** (1 - runs) < level
-    # The normal approximation needs a third more runs at most.
-    assert 2.0 ** (1 - runs / 1.5) > level / 2
+    assert 2.0 ** (1 - runs) < level <= 2.0 ** (2 - runs)
 
 
 def test_without_an_effect_no_number_of_runs_decides() -> None:
-    assert signed_rank_runs(np.array([-2.0, -1.0, 1.0, 2.0]), 0.05) is None
+    assert sign_test_runs(np.array([-2.0, -1.0, 1.0, 2.0]), 0.05) is None
     nearly = np.random.default_rng(1).normal(0.001, 1, 2000)
-    assert (signed_rank_runs(nearly, 0.05) or MAX_RUNS) > 1000
+    assert (sign_test_runs(nearly, 0.05) or MAX_RUNS) > 1000
     # A rank test needs at least the runs with which it can be significant.
     assert rank_test_runs(PlannedTest(4, 4), 1e-12, 0.05 / 2) == 5
     assert rank_test_runs(PlannedTest(8, 8), 1.0, 0.05) is None

@@ -39,7 +39,7 @@ def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: Study
         answer.numbers is not None for result in answers.results for answer in result.answers
     )
     assert tested <= len(planned) <= tested + len(answers.results)
-    assert set(planned) == {PlannedTest(3, 3, "Wilcoxon")}
+    assert set(planned) == {PlannedTest(3, 3, "sign")}
 
 
 def test_memory_grows_with_the_number_of_agents_and_workers(study: StudyStore) -> None:

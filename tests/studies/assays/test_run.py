@@ -49,9 +49,8 @@ def test_assays_have_the_declared_variables_and_attributes(study: StudyStore) ->
             assert assay[variable].dtype == meaning.dtype
         assert all(dim in assay.coords for dim in assay.dims)
         assert assay.run.values.tolist() == [0, 1, 2]
-        further = (
-            {"control", "control_experiment", "generations"} if name in FORKS.values() else set()
-        )
+        further = {"control", "control_experiment"} if load_assays()[name].uses_control else set()
+        further |= {"generations"} if name in FORKS.values() else set()
         assert {"condition", "seed", "experiment", "baldwinlab"} == set(assay.attrs) - further
         assert further <= set(assay.attrs)
 
@@ -191,7 +190,7 @@ def test_studies_without_runs_and_unknown_names_are_refused(
         find_missing_assays(empty, ["innate"])
     unknown_assay = (
         "there is no assay 'instinct'; "
-        "there are descent, innate, modules, neutral, reaction, within-life, canalization, fork"
+        "there are descent, innate, modules, neutral, reaction, within-life, assimilation, "
     )
     with pytest.raises(StudyError, match=unknown_assay):
         find_missing_assays(study, ["innate", "instinct"])
