@@ -14,7 +14,12 @@ import xarray as xr
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
 from baldwinlab.analysis.estimands.questions import estimate
 from baldwinlab.api.atlas import run as run_module
-from baldwinlab.api.atlas.publish import publish_atlas, read_results, write_article
+from baldwinlab.api.atlas.publish import (
+    QUICK_REASON,
+    publish_atlas,
+    read_results,
+    write_article,
+)
 from baldwinlab.api.atlas.run import AtlasRequest, CellTask, choose_generations, run_atlas
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing, run_missing_assays
@@ -60,7 +65,7 @@ def atlas(design: AtlasDesign, tmp_path_factory: pytest.TempPathFactory) -> Atla
 
 def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> None:
     study = run_missing(StudyRequest([CLIMBING], tmp_path / "study", runs=3, seed=5), OPTIONS)
-    run_missing_assays(study, ["innate", "fork"], OPTIONS)
+    run_missing_assays(study, ["innate", "assimilation", "fork"], OPTIONS)
     runs = open_conditions(study, [CLIMBING.name]).isel(condition=0)
     assays = {name: data[CLIMBING.name] for name, data in read_assays(study).items()}
     expected = {
@@ -151,10 +156,11 @@ def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
     assert "<script" not in page
     digests = json.loads((atlas.directory / "frozen.json").read_text("utf-8"))
     assert digests["claims.toml"] in page
+    assert digests["registered.toml"] in page
     outcomes = xr.load_dataset(atlas.directory / "correlation.nc")
     assert outcomes["run"].values.tolist() == [2, 3]
     rows = (atlas.directory / "atlas.csv").read_text("utf-8").splitlines()
-    assert sum("correlation,point-0000" in row for row in rows) == 6
+    assert sum("correlation,point-0000" in row for row in rows) == 9
 
 
 def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
@@ -170,6 +176,10 @@ def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
     assert done.code == 0
     claims = json.loads(done.out)["claims"]
     assert {claim["id"] for claim in claims} == {claim.id for claim in design.claims}
+    # The quick form has no verdict, and the page begins with this statement.
+    assert {claim["verdict"] for claim in claims} == {"not evaluated"}
+    page = (atlas.directory / "atlas.html").read_text("utf-8")
+    assert page.index(QUICK_REASON) < page.index("<section")
     assert (atlas.directory / "article.md").read_text("utf-8").startswith("# ")
     assert [result.name for result in results.maps] == ["correlation", "slope"]
     for result in results.maps:
