@@ -75,7 +75,7 @@ CAPTIONS: Final = {
     "innate_response": "Innate response I to learning, in standard deviations of the founders. "
     "Above 0: learning speeds innate evolution.",
 }
-QUICK_REASON: Final = "The quick form has too few cells and runs for a verdict."
+QUICK_REASON: Final = "The quick form has too few cells and runs for verdicts, so it prints none."
 
 
 @dataclass(frozen=True)
