@@ -77,7 +77,7 @@ def pool_cells(values: xr.DataArray) -> MeanInterval:
     table = values.stack(cell=dims).dropna("cell").transpose("cell", "run").values
     n_cells, n_runs = table.shape
     if min(n_cells, n_runs) < 2:
-        return estimate_mean(table)._replace(low=np.nan, high=np.nan, runs=n_runs)
+        return estimate_mean(table)._replace(low=np.nan, high=np.nan)
     mean = float(table.mean())
     of_cells, of_runs = table.mean(axis=1), table.mean(axis=0)
     rest = table - of_cells[:, None] - of_runs + mean

@@ -195,6 +195,7 @@ def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
         "rule": claim.complete_rule,
         "remarks": claim.remarks,
         "registered_verdict": claim.registered_verdict,
+        "near_theorem": claim.near_theorem,
         **evaluation._asdict(),
     }
 
@@ -372,13 +373,16 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
 
 
 def _describe_fit(result: MapResults) -> dict[str, str] | None:
-    """Return the errors of the law, as text. None without a law or with fewer than 3 cells."""
+    """Return the errors of the law, as text. None without a law or with fewer than 3 cells.
+
+    An error is the measured quantity minus the law.
+    """
     if not result.law:
         return None
     points = collect_points(result)
     if len(points.predicted) < 3:
         return None
-    errors = np.abs(np.array(points.measured) - np.array(points.predicted))
+    errors = np.array(points.measured) - np.array(points.predicted)
     # A law that predicts the same value in all cells has no correlation.
     is_constant = np.ptp(points.predicted) == 0
     correlation = (
@@ -386,7 +390,8 @@ def _describe_fit(result: MapResults) -> dict[str, str] | None:
     )
     return {
         "cells": str(errors.size),
-        "mean_error": f"{errors.mean():.3f}",
-        "largest_error": f"{errors.max():.3f}",
+        "mean_error": f"{errors.mean():+.3f}",
+        "absolute_error": f"{np.abs(errors).mean():.3f}",
+        "largest_error": f"{np.abs(errors).max():.3f}",
         "correlation": correlation,
     }
