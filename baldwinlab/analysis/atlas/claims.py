@@ -157,7 +157,7 @@ def _estimate_balance(maps: Maps, bounds: Bounds) -> list[Part]:
         ),
         Part(
             "Spearman's correlation of cells",
-            estimate_spearman(cells["measured"], cells["law"]),
+            estimate_spearman(cells["measured"].to_numpy(), cells["law"].to_numpy()),
             (bounds["correlation"], inf),
         ),
     ]

@@ -94,14 +94,14 @@ def pool_cells(values: xr.DataArray) -> MeanInterval:
     return MeanInterval(mean, mean - half, mean + half, n_runs)
 
 
-def estimate_spearman(x: npt.ArrayLike, y: npt.ArrayLike) -> MeanInterval:
+def estimate_spearman(x: Floats, y: Floats) -> MeanInterval:
     """Return Spearman's rank correlation of cells, with its interval."""
-    return _transform(float(stats.spearmanr(x, y).statistic), 1.06, np.size(x) - 3)
+    return _transform(float(stats.spearmanr(x, y).statistic), 1.06, x.size - 3)
 
 
-def estimate_kendall(x: npt.ArrayLike, y: npt.ArrayLike) -> MeanInterval:
+def estimate_kendall(x: Floats, y: Floats) -> MeanInterval:
     """Return Kendall's tau of cells, with its interval."""
-    return _transform(float(stats.kendalltau(x, y).statistic), 0.437, np.size(x) - 4)
+    return _transform(float(stats.kendalltau(x, y).statistic), 0.437, x.size - 4)
 
 
 def _transform(correlation: float, variance: float, size: int) -> MeanInterval:

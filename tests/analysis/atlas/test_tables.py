@@ -89,7 +89,7 @@ def test_cells_without_a_value_are_left_out() -> None:
 
 
 def test_rank_correlations_have_the_intervals_of_fieller_hartley_and_pearson() -> None:
-    x, y = np.arange(9), np.array([2, 1, 4, 3, 6, 5, 8, 7, 9])
+    x, y = np.arange(9.0), np.array([2.0, 1, 4, 3, 6, 5, 8, 7, 9])
     for estimate, expected, error in (
         (estimate_spearman(x, y), stats.spearmanr(x, y).statistic, np.sqrt(1.06 / 6)),
         (estimate_kendall(x, y), stats.kendalltau(x, y).statistic, np.sqrt(0.437 / 5)),
