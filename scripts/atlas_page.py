@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.api.atlas.publish import ARTICLE_FILE, CLAIM_RESULTS_FILE
+from scripts.gallery_page import tabulate
 
 DOCS: Final = Path(__file__).parents[1] / "docs"
 PAGE: Final = DOCS / "explanation" / "atlas.md"
@@ -20,12 +21,6 @@ PICTURE: Final = DOCS / "pictures" / "atlas.png"
 BEGIN, END = "<!-- results -->\n", "<!-- end of results -->\n"
 # Heading of the article above the table that compares the laws.
 LAWS: Final = "### Residual learning and the laws\n"
-
-
-def make_table(columns: list[str], rows: list[list[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def read_claims(folder: Path) -> list[dict[str, Any]]:
@@ -57,11 +52,18 @@ def make_results(folders: list[Path]) -> str:
     article = (folders[0] / ARTICLE_FILE).read_text("utf-8")
     laws = article.split(LAWS)[1].split("![")[0].strip()
     runs = min(claim["runs"] for claims in by_folder for claim in claims)
-    return (
-        f"Confirmatory runs per cell: {runs}.\n\n{make_table(columns, verdicts)}\n"
-        f"The estimates of seed {seeds[0]}:\n\n"
-        f"{make_table(['claim', 'estimates with 95 % intervals, limits and verdicts'], estimates)}"
-        f"\n{laws}\n\n"
+    return "\n".join(
+        [
+            f"Confirmatory runs per cell: {runs}.",
+            "",
+            *tabulate(columns, verdicts),
+            "",
+            f"The estimates of seed {seeds[0]}:",
+            "",
+            *tabulate(["claim", "estimates with 95 % intervals, limits and verdicts"], estimates),
+            "",
+            laws,
+        ]
     )
 
 
@@ -70,5 +72,5 @@ if __name__ == "__main__":
     page = PAGE.read_text("utf-8")
     pattern = re.compile(f"{BEGIN}.*{END}", re.DOTALL)
     results = make_results(given)
-    PAGE.write_text(pattern.sub(lambda _: f"{BEGIN}\n{results}{END}", page), "utf-8")
+    PAGE.write_text(pattern.sub(lambda _: f"{BEGIN}\n{results}\n\n{END}", page), "utf-8")
     shutil.copy(given[0] / "figures" / "laws.png", PICTURE)

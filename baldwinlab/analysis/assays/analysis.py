@@ -39,6 +39,7 @@ from baldwinlab.analysis.assays.values import (
     read_factors,
 )
 from baldwinlab.analysis.results.verdicts import (
+    EQUAL,
     NO,
     NOT_MEASURABLE,
     NOT_MEASURED,
@@ -48,6 +49,7 @@ from baldwinlab.analysis.results.verdicts import (
     FamilyTest,
     correct_family,
 )
+from baldwinlab.analysis.statistics.sign_tests import sign_interval
 from baldwinlab.analysis.statistics.significance import (
     PlannedTest,
     describe_too_few,
@@ -70,6 +72,11 @@ class _QuantityComparison(NamedTuple):
     # Whether all values of both quantities are equal, so that no test is possible.
     is_constant: bool = False
 
+    @property
+    def is_tested(self) -> bool:
+        """Whether the quantities differ in a run. Equal quantities need no test."""
+        return self.pairs is not None and bool(self.pairs.above or self.pairs.below)
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -82,7 +89,7 @@ class Answer:
     left_out: int
     verdict: Verdict
     # Test with the p-value corrected for all tests of the analysis. None without a comparison, or
-    # if all values are equal.
+    # if a and b are equal in every run.
     test: FamilyTest | None = None
 
     @property
@@ -264,7 +271,7 @@ def _answer_criteria(
         {
             key: (plan_paired_test(comparison.pairs.n), comparison.pairs.p)
             for key, comparison in comparisons.items()
-            if comparison.pairs and not comparison.is_constant
+            if comparison.pairs and comparison.is_tested
         }
     )
     answers: dict[str, list[Answer]] = {name: [] for name in experiments}
@@ -301,7 +308,13 @@ def _compare_quantities(table: Table, criterion: Criterion) -> _QuantityComparis
     if not a.size:
         return _QuantityComparison(None, left_out)
     is_constant = bool((a == a[0]).all() and (b == a[0]).all())
-    return _QuantityComparison(statistics.compare_pairs(a, b), left_out, is_constant)
+    pairs = statistics.compare_pairs(a, b)
+    if criterion.is_ratio:
+        # The signs of the differences and of the logarithms are equal, and so are their tests.
+        changes = 100 * np.expm1(statistics.log_ratio(a, b))
+        low, high = sign_interval(changes)
+        pairs = pairs._replace(effect=float(np.median(changes)), low=low, high=high)
+    return _QuantityComparison(pairs, left_out, is_constant)
 
 
 def planned_tests(
@@ -325,12 +338,8 @@ def _decide(sign: int, comparison: _QuantityComparison, test: FamilyTest | None)
     pairs = comparison.pairs
     if pairs is None:
         return NOT_MEASURED
-    # All values are equal.
     if test is None:
-        return NOT_MEASURABLE
-    # Ties in all runs show that no difference exists, if a difference could have been significant.
-    if pairs.above == pairs.below == 0:
-        return UNDECIDED if test.has_too_few_runs else NO
+        return NOT_MEASURABLE if comparison.is_constant else EQUAL
     verdicts: Mapping[int, Verdict] = {1: YES, 0: UNDECIDED, -1: NO}
     return verdicts[sign * test.find_direction(pairs)]
 

@@ -13,10 +13,17 @@ from importlib.resources import files
 from typing import Any, Final, Literal, NamedTuple
 
 from baldwinlab.analysis.assays.values import Quantity
-from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.results.verdicts import (
+    EQUAL,
+    NO,
+    NOT_MEASURABLE,
+    NOT_MEASURED,
+    UNDECIDED,
+    YES,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-Verdict = Literal["yes", "no", "undecided", "not measurable", "not measured"]
+Verdict = Literal["yes", "no", "equal in every run", "undecided", "not measurable", "not measured"]
 # Sign of the difference a - b that answers a criterion with yes, by rule.
 RULE_SIGNS: Final = {"greater": 1, "lower": -1}
 # Innate fitness in the last generations: of a condition, and of the no-learning control.
@@ -71,6 +78,8 @@ class Criterion:
     phase: int | None = None
     # "foragers" if the criterion applies only to the MiniWorld model.
     only_for: str = ""
+    # Whether the effect is the change from b to a in percent, by the logarithm of the ratio.
+    is_ratio: bool = False
 
     def applies_to(self, experiment: BaseExperiment) -> bool:
         """Return whether the criterion applies to the model of an experiment."""
@@ -102,7 +111,7 @@ def load_rules() -> dict[str, str]:
 
 
 def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
-    """Return no if any verdict is no, yes if all are yes, else undecided.
+    """Return no if any verdict is no or equal, yes if all are yes, else undecided.
 
     Criteria that are not measured or not measurable are ignored. If no other criterion exists, the
     result is "not measurable" if any verdict is, else "not measured".
@@ -110,6 +119,6 @@ def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
     measured_verdicts = set(verdicts) - {NOT_MEASURED, NOT_MEASURABLE}
     if not measured_verdicts:
         return NOT_MEASURABLE if NOT_MEASURABLE in verdicts else NOT_MEASURED
-    if NO in measured_verdicts:
+    if measured_verdicts & {NO, EQUAL}:
         return NO
     return YES if measured_verdicts == {YES} else UNDECIDED

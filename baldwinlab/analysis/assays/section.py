@@ -197,7 +197,8 @@ def _answer_cells(result: ConditionResult, answer: Answer) -> list[Any]:
         dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
         return [verdict, add_detail("", "not measured, or undefined in every run"), *dashes]
     omitted = f"without {answer.left_out} runs in which it is undefined" if answer.left_out else ""
-    details = (describe_medians(answer.numbers), omitted, answer.note)
+    unit = "change in percent" if answer.criterion.is_ratio else ""
+    details = (unit, describe_medians(answer.numbers), omitted, answer.note)
     return [verdict, *number_cells(answer.numbers, answer.p_holm, *details)]
 
 

@@ -13,7 +13,14 @@ from typing import Final
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
 from baldwinlab.analysis.assays.criteria import Terms
 from baldwinlab.analysis.results.numbers import format_number
-from baldwinlab.analysis.results.verdicts import NO, NOT_MEASURABLE, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.results.verdicts import (
+    EQUAL,
+    NO,
+    NOT_MEASURABLE,
+    NOT_MEASURED,
+    UNDECIDED,
+    YES,
+)
 from baldwinlab.papers.paper import Inference
 
 # Words for the sign of a difference a - b.
@@ -200,6 +207,7 @@ def _compare_with_neutral(answer: Answer) -> str:
     meaning = {
         YES: "selection increases it",
         NO: "selection does not increase it",
+        EQUAL: "both are equal in every run",
         NOT_MEASURABLE: "the values are the same in all runs",
         UNDECIDED: "too few runs to decide the effect of selection"
         if answer.has_too_few_runs
@@ -290,7 +298,9 @@ def compose_headline(result: ConditionResult, terms: Terms) -> str:
     if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
         failed = _list_questions(result, NO, 1)
         unmeasured = _list_questions(result, NOT_MEASURED, 1, 2)
+        equal = _list_questions(result, EQUAL, 1)
         text += f" Answered no: {failed}" if failed else ""
+        text += f" Equal in every run: {equal}" if equal else ""
         text += f" Not measured: {unmeasured}" if unmeasured else ""
     if result.is_lamarckian:
         text += (

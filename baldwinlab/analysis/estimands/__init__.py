@@ -2,7 +2,6 @@
 
 from baldwinlab.analysis.estimands.questions import (
     CANNOT_RISE,
-    EQUAL,
     ESTIMANDS,
     IMPOSSIBLE,
     MEASURED,
@@ -16,7 +15,6 @@ from baldwinlab.analysis.estimands.questions import (
 
 __all__ = [
     "CANNOT_RISE",
-    "EQUAL",
     "ESTIMANDS",
     "IMPOSSIBLE",
     "MEASURED",

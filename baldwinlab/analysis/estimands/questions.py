@@ -29,6 +29,7 @@ from baldwinlab.analysis.estimands.traits import (
     read_record,
     select_innate_trait,
 )
+from baldwinlab.analysis.results.verdicts import EQUAL
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 Measurability = Literal[
@@ -37,7 +38,6 @@ Measurability = Literal[
 IMPOSSIBLE: Final[Measurability] = "impossible"
 CANNOT_RISE: Final[Measurability] = "by design: cannot rise"
 NOT_MEASURABLE: Final[Measurability] = "not measurable"
-EQUAL: Final[Measurability] = "equal in every run"
 MEASURED: Final[Measurability] = "measured"
 # Bounds of equivalence, fixed before any result is known.
 DIFFERENCE_BOUND: Final = 0.01  # Standard deviations per generation.

@@ -20,12 +20,12 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation
+from baldwinlab.analysis.statistics.comparisons import log_ratio
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment
 
 INNATE_FITNESS: Final = "innate fitness"
 FINAL_SHARE: Final = 0.9  # Fraction of the final performance that ends the learning time.
-MAX_CHANGE: Final = 100.0  # Largest factor of a rise or a fall.
 
 
 class Trait(NamedTuple):
@@ -96,12 +96,11 @@ def measure_log_fall(values: xr.DataArray, last: int) -> xr.DataArray:
     """Return log(first / last), with the mean values in the first and in the last generations.
 
     The result has no dimension `generation`. 0 means no change, above 0 a fall, and below 0 a rise.
-    A quotient beyond `MAX_CHANGE` counts as `MAX_CHANGE`, so that a value of 0 in the last
-    generations has a logarithm. The result is NaN if the value in the first generations is 0.
+    See `log_ratio` for a value of 0 in the last generations. The result is NaN if the value in the
+    first generations is 0.
     """
     first, final = (window.mean("generation") for window in split_ends(values, last))
-    ratio = (final / first.where(first > 0)).clip(1 / MAX_CHANGE, MAX_CHANGE)
-    return -np.log(ratio)
+    return first.copy(data=log_ratio(first.where(first > 0).values, final.values))
 
 
 def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.DataArray:

@@ -37,6 +37,7 @@ UNDECIDED: Final = "undecided"
 TOO_FEW_RUNS: Final = "too few runs"
 NOT_MEASURABLE: Final = "not measurable"
 NOT_MEASURED: Final = "not measured"
+EQUAL: Final = "equal in every run"
 # Addition to a verdict that other runs could change.
 UNSTABLE: Final = "unstable"
 MARKS: Final[Mapping[str, str]] = {
@@ -53,6 +54,7 @@ MARKS: Final[Mapping[str, str]] = {
     TOO_FEW_RUNS: "?",
     NOT_MEASURABLE: "–",
     NOT_MEASURED: "–",
+    EQUAL: "=",
     UNSTABLE: "~",
 }
 """Marks of the words. In small cells, a mark stands without its word."""

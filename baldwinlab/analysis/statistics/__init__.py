@@ -25,6 +25,7 @@ from baldwinlab.analysis.statistics.comparisons import (
     compare,
     compare_paired,
     compare_pairs,
+    log_ratio,
 )
 from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney
 from baldwinlab.analysis.statistics.sign_tests import sign_test
@@ -39,6 +40,7 @@ __all__ = [
     "compare_paired",
     "compare_pairs",
     "holm",
+    "log_ratio",
     "mann_whitney",
     "median_interval",
     "percentile_interval",

@@ -33,6 +33,8 @@ from baldwinlab.analysis.statistics.rank_tests import (
 )
 from baldwinlab.analysis.statistics.sign_tests import sign_interval, sign_test
 
+# Largest factor in a logarithm of a ratio.
+MAX_CHANGE = 100.0
 # A verdict with a smaller stability is unstable.
 MIN_STABILITY = 0.9
 # Number of bootstrap samples of a stability.
@@ -221,6 +223,16 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
         p=pairs.p,
         a12=pairs.a12,
     )
+
+
+def log_ratio(a: Sample, b: Sample) -> Sample:
+    """Compute log(a / b). The result is 0 if both values are 0.
+
+    A factor beyond `MAX_CHANGE` counts as `MAX_CHANGE`, so that a value of 0 has a logarithm.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where((a == 0) & (b == 0), 1.0, a / b)
+    return np.asarray(np.log(ratio.clip(1 / MAX_CHANGE, MAX_CHANGE)), np.float64)
 
 
 def verdict_stability(

@@ -9,7 +9,6 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.analysis.estimands import (
     CANNOT_RISE,
-    EQUAL,
     IMPOSSIBLE,
     MEASURED,
     NOT_MEASURABLE,
@@ -17,6 +16,7 @@ from baldwinlab.analysis.estimands import (
     Estimate,
     estimate,
 )
+from baldwinlab.analysis.results.verdicts import EQUAL
 from baldwinlab.studies.assays.fork import HISTORIES, REGIMES
 from tests.analysis.estimands.conftest import Stored
 

@@ -1,4 +1,4 @@
-"""Decisions on artificial estimates, and simulations without an effect."""
+"""Decisions on artificial estimates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from baldwinlab.analysis.gallery.decisions import (
     decide,
     describe_too_few_runs,
 )
-from baldwinlab.analysis.statistics import bootstrap, comparisons
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 RUNS = 20
@@ -147,29 +146,3 @@ def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
     assert all(tuple(row) == COLUMNS for row in rows)
     assert all(row["verdict"] is row["estimate"] is row["q"] is None for row in rows[:3])
     assert rows[3]["q"] == pytest.approx(rows[3]["p"]), "the only test of the table"
-
-
-def simulate_verdicts(systems: int, tables: int, runs: int) -> list[str]:
-    """Return the verdicts on simulated systems without an effect, some of them skewed."""
-    generator = np.random.default_rng(11)
-    verdicts: list[str] = []
-    for _ in range(tables):
-        samples = generator.normal(0, 1, (systems, runs)) * generator.exponential(1, (systems, 1))
-        decisions = decide_estimates(*map(make_estimate, samples))
-        verdicts += [decision.measurement.verdict for decision in decisions if decision.measurement]
-    return verdicts
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("systems", "tables"), [(1, 1000), (34, 30), (1000, 1)])
-@pytest.mark.parametrize("runs", [8, 20])
-def test_without_an_effect_at_most_five_percent_of_verdicts_are_yes(
-    systems: int, tables: int, runs: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Bootstrap samples change no verdict, and take most of the time.
-    monkeypatch.setattr(comparisons, "STABILITY_RESAMPLES", 1)
-    monkeypatch.setattr(bootstrap, "RESAMPLES", 1)
-    verdicts = simulate_verdicts(systems, tables, runs)
-    assert len(verdicts) >= 1000
-    assert verdicts.count("yes") <= 0.05 * len(verdicts)
-    assert verdicts.count("opposite") <= 0.05 * len(verdicts)
