@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import exp, isnan, nan
+from math import exp, isnan
 from typing import Final, get_args
 
 import numpy as np
@@ -31,7 +31,6 @@ from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffec
 CLASSES: Final[tuple[Measurability, ...]] = get_args(Measurability)
 TITLES: Final = {estimand.question: estimand.statement for estimand in ESTIMANDS}
 MIXED: Final = "mixed"
-RELATIVE_UNIT: Final = "equivalence bounds"
 DIMENSIONLESS: Final = "1"
 # Smallest effect that is printed without decimals.
 INTEGER_EFFECT: Final = 10
@@ -61,23 +60,17 @@ class QuestionSummary:
     question: str
     # The measured decisions of all systems, each with its measurement.
     measurements: tuple[tuple[Decision, Measurement], ...]
-    # Unit of comparable effects: the unit of all systems, or `RELATIVE_UNIT` if the units or the
-    # equivalence bounds differ.
-    unit: str
+    unit: str  # Unit of the effects, the same for all systems.
     # Number of systems and of papers by verdict. Papers can be `MIXED`.
     systems: Mapping[str, int]
     papers: Mapping[str, int]
-    # Summary of the papers in `unit`. None if fewer than three papers have two runs or more.
+    # Summary of the papers. None if fewer than three papers have two runs or more.
     mean: RandomEffects | None
 
     @property
     def title(self) -> str:
         """The question as a statement."""
         return TITLES[self.question]
-
-    def scale(self, decision: Decision) -> float:
-        """Return the factor that converts the effect of a system to `unit`."""
-        return _find_scale(decision, self.unit)
 
 
 def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
@@ -94,9 +87,6 @@ def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
 
 
 def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) -> QuestionSummary:
-    estimates = [decision.estimate for decision, _ in rows]
-    scales = {(entry.unit, entry.equivalence_bound) for entry in estimates}
-    unit = estimates[0].unit if len(scales) == 1 else RELATIVE_UNIT
     verdicts_by_paper: dict[str, set[str]] = {}
     for decision, measurement in rows:
         verdicts_by_paper.setdefault(decision.system.paper, set()).add(measurement.verdict)
@@ -107,22 +97,14 @@ def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) ->
     return QuestionSummary(
         question=question,
         measurements=rows,
-        unit=unit,
+        unit=rows[0][0].estimate.unit,
         systems=Counter(measurement.verdict for _, measurement in rows),
         papers=papers,
-        mean=_combine(rows, unit),
+        mean=_combine(rows),
     )
 
 
-def _find_scale(decision: Decision, unit: str) -> float:
-    """Return the factor that converts an effect to `unit`, or NaN for a bound of 0."""
-    if unit != RELATIVE_UNIT:
-        return 1.0
-    bound = decision.estimate.equivalence_bound
-    return 1 / bound if bound else nan
-
-
-def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomEffects | None:
+def _combine(rows: Sequence[tuple[Decision, Measurement]]) -> RandomEffects | None:
     """Return the summary of the papers. The effect of a paper is the mean over its systems.
 
     The systems of a paper may have the same seeds. The standard error of a paper is therefore the
@@ -130,11 +112,9 @@ def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomE
     """
     effects: dict[str, list[tuple[float, float]]] = {}
     for decision, measurement in rows:
-        scale = _find_scale(decision, unit)
-        if not isnan(scale * measurement.standard_error):
+        if not isnan(measurement.standard_error):
             min_error = MIN_RELATIVE_ERROR * decision.estimate.equivalence_bound
-            error = max(measurement.standard_error, min_error)
-            values = (measurement.effect * scale, error * scale)
+            values = (measurement.effect, max(measurement.standard_error, min_error))
             effects.setdefault(decision.system.paper, []).append(values)
     if len(effects) < MIN_PAPERS:
         return None
@@ -288,7 +268,7 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
             axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for decision, measurement in summary.measurements:
-            _draw_measurement(axes, rows[decision.system], decision, measurement, summary)
+            _draw_measurement(axes, rows[decision.system], decision, measurement)
         if summary.mean:
             _draw_mean(axes, mean_row, summary.mean)
     ticks = [*rows.values(), mean_row]
@@ -325,14 +305,11 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_measurement(
-    axes: Axes, row: int, decision: Decision, measurement: Measurement, summary: QuestionSummary
-) -> None:
+def _draw_measurement(axes: Axes, row: int, decision: Decision, measurement: Measurement) -> None:
     """Draw a system: its equivalence bounds, its interval and its effect."""
-    scale = summary.scale(decision)
-    bound = scale * decision.estimate.equivalence_bound
+    bound = decision.estimate.equivalence_bound
     axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
-    numbers = [scale * value for value in (measurement.effect, measurement.low, measurement.high)]
+    numbers = (measurement.effect, measurement.low, measurement.high)
     draw_estimates(axes, row, numbers, VERDICT_STYLES[measurement.verdict], is_horizontal=True)
 
 

@@ -159,10 +159,11 @@ def _draw_figure(
     return ReportFigure(
         title="Effects of learning on evolution, by paper",
         caption=(
-            "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is "
-            "the equivalence bound. A verdict uses the q-value over all systems and questions, and "
-            "not the interval. The last row is the random-effects mean of the papers with its 95 % "
-            "interval (thick) and the prediction interval for another paper (thin). Windows have "
+            "Medians over runs with 95 % intervals (sign test), from six runs. 0 means no effect. "
+            "The pale band is the equivalence bound. A verdict uses the q-value over all systems "
+            "and questions, and not the interval. The last row is the random-effects mean of the "
+            "papers with its 95 % interval (thick) and the prediction interval for another paper "
+            "(thin). Windows have "
             f"{last} generations."
         ),
         alternative=" ".join(conclude(decisions)),

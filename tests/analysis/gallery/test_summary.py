@@ -58,24 +58,6 @@ def test_a_paper_with_many_systems_has_the_weight_of_one_paper() -> None:
     assert summary.mean is None
 
 
-def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
-    table = make_table(
-        a=[make_estimate(UP, unit="items", bound=1.0)],
-        b=[make_estimate(10 * UP, unit="trials", bound=10.0)],
-        c=[make_estimate(100 * UP, unit="lives", bound=100.0)],
-    )
-    (summary,) = summarize_questions(table)
-    assert summary.unit == "equivalence bounds" and summary.mean is not None
-    assert summary.mean.mean == pytest.approx(np.median(UP))
-    # An effect with a bound of 0 is not in the mean of relative effects.
-    papers = {
-        name: [make_estimate(UP, bound=bound)]
-        for name, bound in zip("abc", (1.0, 2.0, 4.0), strict=True)
-    }
-    (summary,) = summarize_questions(make_table(**papers, d=[make_estimate(UP, bound=0.0)]))
-    assert summary.mean is not None and summary.mean.papers == 3
-
-
 def test_at_most_six_sentences_follow_from_the_table() -> None:
     papers = {
         paper: [make_estimate(UP, question=question) for question in QUESTIONS] for paper in "abc"

@@ -77,6 +77,19 @@ def test_a_small_effect_is_called_equivalent_with_enough_runs() -> None:
     assert np.mean(equivalence_p(samples, 1.0) < 0.05) > 0.95
 
 
+def permute_signs(values: np.ndarray, generator: np.random.Generator) -> float:
+    """Return the p-value of the permutation test of the mean, from 500 combinations of signs."""
+    signs = generator.choice([-1.0, 1.0], (500, values.size))
+    return float(np.mean(abs(signs @ values) >= abs(values.sum())))
+
+
+def test_a_permutation_test_of_the_mean_is_significant_too_often_with_skewed_values() -> None:
+    generator = np.random.default_rng(5)
+    samples = generator.lognormal(0, 1, (400, 20)) - np.exp(0.5)  # The mean is 0.
+    p_values = [permute_signs(sample, generator) for sample in samples]
+    assert np.mean(np.array(p_values) < 0.05) > 0.08
+
+
 @pytest.mark.parametrize("n_values", [8, 20, 40])
 def test_skewed_values_with_the_median_0_are_significant_in_at_most_five_percent_of_studies(
     n_values: int,
