@@ -63,6 +63,8 @@ def make_results(folders: list[Path]) -> str:
             *tabulate(["claim", "estimates with 95 % intervals, limits and verdicts"], estimates),
             "",
             laws,
+            "",
+            f"![Measured residual learning against the laws](../pictures/{PICTURE.name})",
         ]
     )
 
