@@ -2,9 +2,10 @@
 
 A map of the atlas is a model, simulated on a grid of settings. A cell is a point of the grid.
 
-atlas.toml    title, numbers of runs, and the maps
-NAME.toml     file of the sweep of the map NAME: see docs/reference/sweeps.md
-claims.toml   the claims, which are stated before the confirmatory runs
+atlas.toml        title, numbers of runs, and the maps
+NAME.toml         file of the sweep of the map NAME: see docs/reference/sweeps.md
+registered.toml   the claims and rules that were registered before the confirmatory runs
+claims.toml       the present rules of these claims
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_table
 FOLDER: Final = Path(__file__).with_name("atlas")
 DESIGN_FILE: Final = "atlas.toml"
 CLAIMS_FILE: Final = "claims.toml"
+REGISTERED_FILE: Final = "registered.toml"
 
 
 class Size(DeclaredTable):
@@ -73,12 +75,32 @@ class AtlasClaim(DeclaredTable):
     bounds: Mapping[str, float] = Field(default_factory=dict)
     # Changes of the claim after a first look at results, or "".
     note: str = ""
+    # Reason why the claim nearly follows from the construction of the model, or "".
+    near_theorem: str = ""
+    # The rule that was registered before the runs, and its verdict, or "" if the rule is the same.
+    registered_rule: str = ""
+    registered_verdict: str = ""
 
     @property
     def complete_rule(self) -> str:
         """Return the text of the rule with numbers in place of the names in braces."""
-        numbers = {name: f"{number:g}" for name, number in self.bounds.items()}
-        return self.rule.format_map(numbers)
+        return _insert_numbers(self.rule, self.bounds)
+
+    @property
+    def remarks(self) -> str:
+        """Return what a reader must know about the rule: its history, and its limits."""
+        sentences = [
+            self.note,
+            f"Near-theorem: {self.near_theorem}" if self.near_theorem else "",
+            f"Registered rule: {self.registered_rule} Its verdict was: {self.registered_verdict}."
+            if self.registered_rule
+            else "",
+        ]
+        return " ".join(filter(None, sentences))
+
+
+def _insert_numbers(rule: str, bounds: Mapping[str, float]) -> str:
+    return rule.format_map({name: f"{number:g}" for name, number in bounds.items()})
 
 
 class AtlasDesign(DeclaredTable):
@@ -94,12 +116,22 @@ class AtlasDesign(DeclaredTable):
 def read_atlas() -> AtlasDesign:
     """Return the design of the atlas. Raises PaperError."""
     path = FOLDER / DESIGN_FILE
-    return validate_tables(
-        AtlasDesign, {**read_tables(path), **read_tables(FOLDER / CLAIMS_FILE)}, path
-    )
+    registered = {table["id"]: table for table in read_tables(FOLDER / REGISTERED_FILE)["claims"]}
+    claims = [
+        _add_registered(table, registered[table["id"]])
+        for table in read_tables(FOLDER / CLAIMS_FILE)["claims"]
+    ]
+    return validate_tables(AtlasDesign, {**read_tables(path), "claims": claims}, path)
+
+
+def _add_registered(claim: Mapping[str, Any], registered: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table of a claim with its registered text and rule."""
+    rule = _insert_numbers(registered["rule"], registered["bounds"])
+    return {**claim, "claim": registered["claim"], "registered_rule": rule}
 
 
 def digest_atlas(design: AtlasDesign) -> dict[str, str]:
     """Return the SHA-256 of each file of the atlas, by the name of the file."""
-    names = [DESIGN_FILE, CLAIMS_FILE, *(atlas_map.sweep_file.name for atlas_map in design.maps)]
+    names = [DESIGN_FILE, CLAIMS_FILE, REGISTERED_FILE]
+    names += [atlas_map.sweep_file.name for atlas_map in design.maps]
     return {name: hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() for name in names}

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from baldwinlab.analysis.atlas.laws import Law
-from baldwinlab.analysis.atlas.tables import format_label
+from baldwinlab.analysis.atlas.tables import format_fall, format_label
 from baldwinlab.analysis.figures.charts import (
     EstimateStyle,
     draw_cells,
@@ -25,8 +25,7 @@ from baldwinlab.analysis.figures.curves import make_panels
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
 
-# Range of the color of A. Values below 0 have the color of 0: the distance has grown.
-SHARE_RANGE: Final = (0.0, 1.0)
+ASSIMILATION: Final = "assimilation"
 LAW_STYLE: Final = EstimateStyle(BLUE, size=3, width=0.8)
 PANEL_WIDTH: Final = 3.4
 PANEL_HEIGHT: Final = 2.7
@@ -45,6 +44,10 @@ class ShownOutcome(NamedTuple):
     label: str
     low: float
     high: float
+
+    def format(self, value: float) -> str:
+        """Return a value as text, or a dash if it is undefined."""
+        return format_fall(value) if self.name == ASSIMILATION else format_cell(value)
 
     def scale(self, value: float) -> float:
         """Return the position of a value, which may be NaN, in the range of the colors."""
@@ -89,10 +92,11 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
 
 def choose_outcome(outcomes: xr.Dataset) -> ShownOutcome:
     """Return the outcome that the cells of a map show: A, or I if all values of A are NaN."""
-    if bool(outcomes["assimilation"].notnull().any()):
-        return ShownOutcome("assimilation", "assimilation A", *SHARE_RANGE)
-    largest = float(np.abs(outcomes["innate_response"].mean("run")).max())
-    return ShownOutcome("innate_response", "innate response I", -largest, largest)
+    name, label = ASSIMILATION, "assimilation A"
+    if not bool(outcomes[name].notnull().any()):
+        name, label = "innate_response", "innate response I"
+    largest = float(np.abs(outcomes[name].mean("run")).max())
+    return ShownOutcome(name, label, -largest, largest)
 
 
 def _shorten(label: str) -> str:
@@ -100,7 +104,7 @@ def _shorten(label: str) -> str:
 
 
 def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> AxesImage:
-    texts = np.vectorize(format_cell)(cells.values)
+    texts = np.vectorize(outcome.format)(cells.values)
     limits = (outcome.low, outcome.high)
     image = draw_cells(axes, cells.values, texts, limits=limits, is_upward=True)
     rows, columns = (map(format_label, cells[dim].values.tolist()) for dim in cells.dims)
@@ -116,7 +120,8 @@ def format_cell(value: float) -> str:
 def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
     """Draw contours of the law, if it varies and the grid is large enough."""
     values = prediction.values
-    if min(values.shape) < 2 or not np.isfinite(values).all() or np.ptp(values) == 0:
+    defined = values[np.isfinite(values)]
+    if min(values.shape) < 2 or defined.size < 2 or np.ptp(defined) == 0:
         return
     lines = axes.contour(values, levels=4, colors="white", linewidths=1.2)
     axes.clabel(lines, fontsize=8, fmt="%.2g")

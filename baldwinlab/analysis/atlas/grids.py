@@ -32,6 +32,9 @@ from baldwinlab.analysis.report.tables import Table
 # Short names of the outcomes in a cell.
 LETTERS: Final = {
     "assimilation": "A",
+    "learner_fall": "fall of learners",
+    "control_fall": "fall of the control",
+    "neutral_fall": "fall without selection",
     "innate_response": "I",
     "selection_ratio": "P",
     "t90": "t90",
@@ -68,11 +71,11 @@ def describe_cells(
                 "id": f"{name}-{number:04d}",
                 "caption": describe_settings(cell, labels),
                 "settings": cell,
-                "value": format_cell(value),
+                "value": shown.format(value),
                 "color": _choose_color(shown.scale(value)),
                 "text_color": choose_text_color(to_rgb(_choose_color(shown.scale(value)))),
                 "residual": format_cell(float(measured.sel(cell))) if measured is not None else "",
-                "law": format_cell(float(predicted.sel(cell))) if predicted is not None else "",
+                "law": _format_law(predicted.sel(cell)) if predicted is not None else "",
                 "outcomes": {
                     LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
                 },
@@ -80,6 +83,11 @@ def describe_cells(
             }
         )
     return described
+
+
+def _format_law(prediction: xr.DataArray) -> str:
+    """Return the prediction of a cell, or "" if the law is not derived for the cell."""
+    return format_cell(float(prediction)) if bool(prediction.notnull()) else ""
 
 
 def _choose_color(share: float) -> str:
@@ -145,20 +153,19 @@ def draw_panels(cell: xr.Dataset) -> list[CurvePanel]:
     """Return the panels of a cell: the learned distance and the innate trait."""
     panels = []
     if "distance" in cell and bool(cell["distance"].notnull().any()):
-        panels.append(_draw_panel("learned distance", cell["distance"]))
+        distances = cell["distance"], cell["control_distance"]
+        panels.append(_draw_panel("learned distance", *distances))
     trait = cell["innate_trait"]
     panels.append(_draw_panel("innate trait", trait, cell["control_innate_trait"]))
     return panels
 
 
-def _draw_panel(
-    title: str, values: xr.DataArray, control: xr.DataArray | None = None
-) -> CurvePanel:
-    curves = {"mean": values.mean("run").values}
-    if control is not None:
-        curves["control"] = control.mean("run").values
-    first_run = values.isel(run=0).values
-    curves["replay"] = first_run
+def _draw_panel(title: str, values: xr.DataArray, control: xr.DataArray) -> CurvePanel:
+    curves = {
+        "mean": values.mean("run").values,
+        "control": control.mean("run").values,
+        "replay": values.isel(run=0).values,  # The first run.
+    }
     stacked = np.concatenate([curve[np.isfinite(curve)] for curve in curves.values()])
     low, high = (float(stacked.min()), float(stacked.max())) if stacked.size else (0.0, 1.0)
     generations = values["generation"].values.astype(np.float64)

@@ -1,6 +1,7 @@
 """Laws of the atlas: predictions without fitted parameters for each cell of a map.
 
-A map is a grid over settings of a model. A cell is one combination of these settings.
+A map is a grid over settings of a model. A cell is one combination of these settings. A law
+predicts NaN in the cells for which it is not derived.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ from baldwinlab.analysis.theory.moving_optimum import (
     selection_variance,
     steady_mismatch,
     variance_of_mutations,
-    variance_of_rare_mutations,
     variance_of_segregation,
 )
 from baldwinlab.analysis.theory.needle import balance_of_unset
@@ -33,7 +33,8 @@ PEAK_WIDTH: Final = 2.0
 LIFE_STEPS: Final = 10
 NOISE_OF_CHILDREN: Final = 0.3
 MUTATION_SIZE: Final = 0.1
-RARE_MUTATION_RATE: Final = 0.003
+# Share of successful agents above which a population has found the needle.
+MIN_SUCCESS: Final = 0.5
 
 
 class Law(NamedTuple):
@@ -43,6 +44,12 @@ class Law(NamedTuple):
     measure: str  # Name of the measure of the model that the law predicts.
     # Function of the outcomes of a map. It returns the prediction for each cell.
     predict: Callable[[xr.Dataset], xr.DataArray]
+    # The cells for which the law is derived, such as "cells with K = 0", or "" for all cells.
+    domain: str = ""
+
+    def describe(self) -> str:
+        """Return the predicted quantity, with the cells for which the law is derived."""
+        return f"{self.quantity}, in {self.domain} only" if self.domain else self.quantity
 
     def measured(self, data: xr.Dataset) -> xr.DataArray:
         """Return the measured quantity of each cell and run."""
@@ -62,13 +69,22 @@ def _predict_unset(data: xr.Dataset) -> xr.DataArray:
         data,
         ["moving_needle.cost_of_trials", "moving_needle.period"],
         lambda cost, period: balance_of_unset(cost_of_trials=cost, period=period or inf),
-    )
+    ).where(_has_needle(data))
+
+
+def _has_needle(data: xr.Dataset) -> xr.DataArray:
+    """Return whether the populations of a cell have found the needle."""
+    return data[MEASURE_PREFIX + "succeeded"].mean("run") >= MIN_SUCCESS
 
 
 def _predict_bits(data: xr.Dataset) -> xr.DataArray:
-    """Return the number of bits that mutation breaks and learning restores, equal in all cells."""
+    """Return the number of bits that mutation breaks and learning restores.
+
+    The parents are at the only peak (K = 0), because a cost selects against learned bits.
+    """
     n_bits = mutation_supply(BITS, BIT_MUTATION_RATE, BIT_TRIALS)
-    return xr.full_like(data["nk_climbers.cost_per_bit"], n_bits)
+    is_derived = (data["nk_climbers.k"] == 0) & (data["nk_climbers.cost_per_bit"] > 0)
+    return xr.full_like(is_derived, n_bits, float).where(is_derived)
 
 
 def _predict_mismatch(data: xr.Dataset, variance: Callable[[float], float]) -> xr.DataArray:
@@ -106,7 +122,7 @@ def _predict_unset_with_drift(data: xr.Dataset) -> xr.DataArray:
         data,
         fields,
         lambda rate, agents: balance_of_unset(mutation_rate=rate, population=agents),
-    )
+    ).where(_has_needle(data))
 
 
 def _predict_explorers(data: xr.Dataset) -> xr.DataArray:
@@ -120,10 +136,13 @@ def _predict_explorers(data: xr.Dataset) -> xr.DataArray:
     )
 
 
+FOUND_NEEDLE: Final = "cells in which at least half of the agents succeed"
 LAWS: Final[Mapping[str, Law]] = {
-    "needle": Law("share of undefined alleles", "unset", _predict_unset),
-    "needle-mutation": Law("share of undefined alleles", "unset", _predict_unset_with_drift),
-    "nk": Law("learned bits", "changed", _predict_bits),
+    "needle": Law("share of undefined alleles", "unset", _predict_unset, FOUND_NEEDLE),
+    "needle-mutation": Law(
+        "share of undefined alleles", "unset", _predict_unset_with_drift, FOUND_NEEDLE
+    ),
+    "nk": Law("learned bits", "changed", _predict_bits, "cells with K = 0 and a cost above 0"),
     "optimum-constant": Law(
         "distance after learning",
         "mismatch",
@@ -133,13 +152,6 @@ LAWS: Final[Mapping[str, Law]] = {
         "distance after learning",
         "mismatch",
         partial(_predict_mismatch, variance=partial(variance_of_mutations, MUTATION_SIZE**2)),
-    ),
-    "optimum-rare": Law(
-        "distance after learning",
-        "mismatch",
-        partial(
-            _predict_mismatch, variance=partial(variance_of_rare_mutations, RARE_MUTATION_RATE)
-        ),
     ),
     "forager": Law("share of learners", "learners", _predict_learners),
     "bandit": Law("share of agents that explore", "explores", _predict_explorers),

@@ -2,7 +2,9 @@
 
 | variable | dimensions | meaning |
 |---|---|---|
-| distance | run, generation | mean distance that learning covers |
+| distance | run, generation | mean distance that learners learn |
+| control_distance | run, generation | distance that genomes of the control learn if they can |
+| neutral_distance | run, generation | the same without selection |
 | innate_trait, control_innate_trait | run, generation | mean innate trait of learners, controls |
 | selection_on, selection_off | run, generation | selection differentials of the innate trait |
 | fitness, control_fitness | run, generation | mean fitness of the agents |
@@ -25,10 +27,9 @@ from baldwinlab.analysis.estimands.quantitative_genetics import (
 )
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
-    measure_assimilation,
+    measure_log_fall,
     read_record,
     select_innate_trait,
-    select_learned_distance,
 )
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.measures import measure_runs
@@ -38,14 +39,23 @@ MEASURE_PREFIX: Final = "measure: "
 N_WINDOW: Final = 3
 # Smallest sum of selection differentials without learning, in SD. A smaller sum is rounding error.
 MIN_SELECTION: Final = 1e-6
-# Share of the final assimilation that ends the time t90.
+# Share of the final fall that ends the time t90.
 PLATEAU_SHARE: Final = 0.9
 
+# Variable of a cell with the learned distance, by history of the genomes.
+DISTANCES: Final = {
+    "learner": "distance",
+    "control": "control_distance",
+    "neutral": "neutral_distance",
+}
 OUTCOMES: Final = {
-    "assimilation": "A: share of the learned distance that has become innate",
+    "assimilation": "A: fall of the learned distance in learners minus that in the control",
+    "learner_fall": "fall of the learned distance in learners: log(d_first / d_last)",
+    "control_fall": "the same fall in genomes of the control, which are tested with learning",
+    "neutral_fall": "the same fall in genomes that evolved without selection",
     "innate_response": "I: innate trait minus that of the control, in SD of the founders",
     "selection_ratio": "P: selection on the innate trait with learning, divided by that without",
-    "t90": "generations until 90 % of the final assimilation",
+    "t90": "generations until 90 % of the final fall of the learned distance",
     "fork_history": "fork: effect of the history of learning on innate fitness",
     "fork_regime": "fork: effect of learning now on innate fitness",
 }
@@ -60,6 +70,7 @@ class CellData(NamedTuple):
     learners: xr.Dataset
     controls: xr.Dataset
     innate: xr.Dataset  # The assay `innate` in the measured generations.
+    assimilation: xr.Dataset  # The assay `assimilation` in these generations.
     fork: xr.Dataset
 
 
@@ -88,9 +99,9 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
         "founder_square": (founders**2).mean("agent"),
         "branch_innate_fitness": cell.fork["innate_fitness"].isel(generation=0).mean("agent"),
     }
-    distance = select_learned_distance(cell.learners, cell.innate, cell.experiment)
-    if distance is not None and not (model and model.assimilation_obstacle):
-        values["distance"] = distance.values
+    distance = cell.assimilation["distance"]
+    if bool(distance.notnull().any()) and not (model and model.assimilation_obstacle):
+        values |= {name: distance.sel(history=key) for key, name in DISTANCES.items()}
     for name, measure in (cell.experiment.measures or {}).items():
         values[MEASURE_PREFIX + name] = measure_runs(measure.of, cell.learners)
     return xr.Dataset(
@@ -107,17 +118,22 @@ def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     sd = variance.clip(min=0) ** 0.5
     difference = (cell["innate_trait"] - cell["control_innate_trait"]).isel(last).mean("generation")
     has_distance = "distance" in cell
+    falls = {
+        history: _measure_fall(cell[name]) if has_distance else undefined
+        for history, name in DISTANCES.items()
+    }
     effects = compute_effects(_as_fork(cell))
     return xr.Dataset(
         {
-            "assimilation": _assimilation(cell) if has_distance else undefined,
+            "assimilation": falls["learner"] - falls["control"],
+            **{f"{history}_fall": fall for history, fall in falls.items()},
             "innate_response": difference / sd.where(sd > 0),
             "selection_ratio": _selection_ratio(cell),
             "t90": _time_to_plateau(cell["distance"]) if has_distance else undefined,
             "fork_history": effects[name_quantity("history", "innate_fitness")],
             "fork_regime": effects[name_quantity("regime", "innate_fitness")],
         }
-    )
+    ).drop_attrs()
 
 
 def _selection_ratio(cell: xr.Dataset) -> xr.DataArray:
@@ -135,14 +151,15 @@ def _as_fork(cell: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"innate_fitness": innate_fitness, "fitness": innate_fitness})
 
 
-def _assimilation(cell: xr.Dataset) -> xr.DataArray:
-    # `measure_assimilation` also counts the generations between the measured generations.
-    interval = int(cell["generation"][1] - cell["generation"][0])
-    return measure_assimilation(cell["distance"], N_WINDOW * interval)
+def _measure_fall(distance: xr.DataArray) -> xr.DataArray:
+    """Return log(d_first / d_last) of each run."""
+    # `measure_log_fall` also counts the generations between the measured generations.
+    interval = int(distance["generation"][1] - distance["generation"][0])
+    return measure_log_fall(distance, N_WINDOW * interval)
 
 
 def _time_to_plateau(distance: xr.DataArray) -> xr.DataArray:
-    """Return the first generation (run) with 90 % of the final assimilation. NaN without a fall."""
+    """Return the first generation (run) with 90 % of the final fall. NaN without a fall."""
     first = distance.isel(generation=0)
     fall = first - distance.isel(generation=slice(-N_WINDOW, None)).mean("generation")
     has_fallen = (first - distance >= PLATEAU_SHARE * fall) & (fall > 0)

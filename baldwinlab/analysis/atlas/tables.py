@@ -1,4 +1,11 @@
-"""Means over runs, slopes, and tables of the atlas with one row per cell and outcome."""
+"""Means, slopes and correlations with intervals, and tables with one row per cell and outcome.
+
+References
+----------
+Mean over crossed random effects: H. H. Clark, Journal of Verbal Learning and Verbal Behavior 12
+(1973). Degrees of freedom: F. E. Satterthwaite, Biometrics Bulletin 2 (1946). Intervals of rank
+correlations: E. C. Fieller, H. O. Hartley and E. S. Pearson, Biometrika 44 (1957).
+"""
 
 from __future__ import annotations
 
@@ -22,7 +29,7 @@ COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "
 
 
 class MeanInterval(NamedTuple):
-    """A mean over runs with its 95 % interval (Student's t).
+    """A mean over runs, or another estimate, with its 95 % interval.
 
     The interval is NaN for a single run. `runs` counts the defined values.
     """
@@ -39,7 +46,7 @@ class MeanInterval(NamedTuple):
 
 
 def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
-    """Return the mean of the defined values of runs, with its interval."""
+    """Return the mean of the defined values of runs, with its interval (Student's t)."""
     defined = np.asarray(values, np.float64).ravel()
     defined = defined[np.isfinite(defined)]
     if not defined.size:
@@ -59,6 +66,56 @@ def estimate_slope(x: Floats, values: xr.DataArray, dim: str) -> MeanInterval:
     return estimate_mean(slopes / float((centered**2).sum()))
 
 
+def pool_cells(values: xr.DataArray) -> MeanInterval:
+    """Return the mean over cells and runs, with its interval for other cells and other runs.
+
+    Cells and runs are crossed random effects, because all cells of a run use its random numbers.
+    Without an effect of the runs, the interval is that of Student's t for the means of the cells.
+    A cell with an undefined run is left out. The interval is NaN for a single cell or run.
+    """
+    dims = [dim for dim in values.dims if dim != "run"]
+    table = values.stack(cell=dims).dropna("cell").transpose("cell", "run").values
+    n_cells, n_runs = table.shape
+    if min(n_cells, n_runs) < 2:
+        return estimate_mean(table)._replace(low=np.nan, high=np.nan)
+    mean = float(table.mean())
+    of_cells, of_runs = table.mean(axis=1), table.mean(axis=0)
+    rest = table - of_cells[:, None] - of_runs + mean
+    degrees = np.array([n_cells - 1, n_runs - 1, (n_cells - 1) * (n_runs - 1)])
+    sums = (n_runs * (of_cells - mean) ** 2, n_cells * (of_runs - mean) ** 2, rest**2)
+    squares = np.array([values.sum() for values in sums]) / degrees
+    # No variance component is below 0.
+    total = max(squares[0], squares[1], squares[0] + squares[1] - squares[2])
+    if total == 0:
+        return MeanInterval(mean, mean, mean, n_runs)
+    freedom = max(1.0, total**2 / float((squares**2 / degrees).sum()))
+    error = np.sqrt(total / table.size)
+    half = float(error * stats.t.ppf((1 + CONFIDENCE_LEVEL) / 2, freedom))
+    return MeanInterval(mean, mean - half, mean + half, n_runs)
+
+
+def estimate_spearman(x: Floats, y: Floats) -> MeanInterval:
+    """Return Spearman's rank correlation of cells, with its interval."""
+    return _transform(float(stats.spearmanr(x, y).statistic), 1.06, x.size - 3)
+
+
+def estimate_kendall(x: Floats, y: Floats) -> MeanInterval:
+    """Return Kendall's tau of cells, with its interval."""
+    return _transform(float(stats.kendalltau(x, y).statistic), 0.437, x.size - 4)
+
+
+def _transform(correlation: float, variance: float, size: int) -> MeanInterval:
+    """Return the interval by Fisher's transformation, whose variance is `variance` / `size`."""
+    if size < 1:
+        return MeanInterval(correlation, np.nan, np.nan, 1)
+    # A correlation of 1 has no transformation.
+    center = np.arctanh(np.clip(correlation, -1 + 1e-12, 1 - 1e-12))
+    half = stats.norm.ppf((1 + CONFIDENCE_LEVEL) / 2) * np.sqrt(variance / size)
+    return MeanInterval(
+        correlation, float(np.tanh(center - half)), float(np.tanh(center + half)), 1
+    )
+
+
 def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
     """Return whether two one-sided t tests at 5 % show that the mean is within `bound` of 0."""
     defined = np.asarray(differences, np.float64).ravel()
@@ -73,6 +130,11 @@ def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
         stats.ttest_1samp(defined, -bound, alternative="greater"),
     )
     return all(float(test.pvalue) < 1 - CONFIDENCE_LEVEL for test in tests)
+
+
+def format_fall(fall: float) -> str:
+    """Return a difference of log(d_first / d_last) as a percentage: log(2) -> "+50 %"."""
+    return f"{100 * (1 - np.exp(-fall)):+.0f} %" if np.isfinite(fall) else "–"
 
 
 def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation, weight_distances
+from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation
 from baldwinlab.analysis.statistics.comparisons import log_ratio
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment
@@ -49,29 +49,6 @@ def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseEx
         fitness = innate["energy"].sel(life="off", drop=True)
         return Trait(INNATE_FITNESS, "fitness", fitness)
     return read_record(_select_assayed(data, innate), model, name)
-
-
-def select_learned_distance(
-    data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment
-) -> Trait | None:
-    """Return the distance between birth and the goal of learning, on the scale of the trait.
-
-    The distance is the mean over agents of the variable or share `learned_distance` of the model.
-    Without this declaration, it is the mean distance of weights between birth and death, or None.
-    """
-    model = experiment.loaded_model
-    name = model.learned_distance if model is not None else ""
-    runs = _select_assayed(data, innate)
-    if model is not None and name in model.shares:
-        share = model.shares[name]
-        return Trait(share.meaning, "1", share.of(runs))
-    if model is not None and name in data:
-        record = read_record(runs, model, name)
-        return record._replace(values=record.values.mean("agent"))
-    distance = weight_distances(innate).get("distance")
-    if distance is None or not bool(distance.notnull().any()):
-        return None
-    return Trait("distance of the weights between birth and death", "1", distance)
 
 
 def describe_learned_distance(experiment: BaseExperiment) -> str:
@@ -124,18 +101,6 @@ def measure_log_fall(values: xr.DataArray, last: int) -> xr.DataArray:
     """
     first, final = (window.mean("generation") for window in split_ends(values, last))
     return first.copy(data=log_ratio(first.where(first > 0).values, final.values))
-
-
-def measure_assimilation(distance: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learned distance that is gone, by run.
-
-    A = 1 - d_last / d_first, with the mean distances in the last and in the first generations. The
-    distance is on the scale of the trait: bits, undefined alleles, or weights. Therefore A does not
-    change if a constant is added to fitness. A is 1 if nothing remains to be learned, below 0 if
-    the distance grows, and NaN if d_first is 0. See Waddington 1953.
-    """
-    first, final = (window.mean("generation") for window in split_ends(distance, last))
-    return 1 - final / first.where(first > 0)
 
 
 def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.DataArray:

@@ -114,11 +114,18 @@ def _decide_interval(rule: Rule, comparison: Comparison, bound: Bound) -> Verdic
     lowest, highest = rule.limits(bound)
     if rule.contains_limits:
         return HOLDS if low <= lowest and highest <= high else FAILS
-    is_inside = lowest <= low and high <= highest
-    if rule.statistic == "probability":
+    if rule.statistic == "probability" and (low == lowest or high == highest):
         # The limits are excluded: an interval that begins at 0 shows no probability above 0.
-        is_inside = lowest < low and high < highest
-    if is_inside:
+        return UNDECIDED
+    return decide_limits(low, high, lowest, highest)
+
+
+def decide_limits(low: float, high: float, lowest: float, highest: float) -> Verdict:
+    """Decide the claim that a quantity is from `lowest` to `highest`, from its 95 % interval.
+
+    The claim holds if the interval is in the limits, and fails if it is completely outside.
+    """
+    if lowest <= low and high <= highest:
         return HOLDS
     return FAILS if high < lowest or low > highest else UNDECIDED
 

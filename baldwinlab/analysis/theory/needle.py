@@ -94,10 +94,12 @@ def balance_of_unset(
 ) -> float:
     """Return the share of ? at which mutation, change and selection balance.
 
-    The balance is (n - q) mu / 3 + (k / 2) (1 - q / n) / tau = q s(q) + 2 q mu / 3. Mutation
-    creates each of the alleles 0, 1 and ? with equal probability. A change makes half of the
-    redrawn loci wrong if they are set. Strings with ? at these loci then replace the others. The
-    law has no fitted parameter, and applies to populations that have found the needle.
+    The balance is (n - q) mu / 3 + (k / 2) (1 - q / n) / tau = q s(q) + q mu / 3. Mutation creates
+    each of the alleles 0, 1 and ? with equal probability. A wrong allele has no descendants, and
+    it is as probable from ? as from a correct allele. Therefore, only mutations between ? and the
+    correct allele change the share of ?. A change makes half of the redrawn loci wrong if they are
+    set. Strings with ? at these loci then replace the others. The law has no fitted parameter, and
+    applies to populations that have found the needle.
 
     Parameters
     ----------
@@ -129,7 +131,7 @@ def balance_of_unset(
     if population is not None and mutation_rate == 0:
         raise ValueError("mutation_rate = 0 must be above 0 in a finite population")
     gain_rate = mutation_rate / 3 + redrawn_loci / (2 * loci * period)
-    loss_rate = 2 * mutation_rate / 3
+    loss_rate = mutation_rate / 3
     if gain_rate == 0:
         return 0.0
 

@@ -18,7 +18,11 @@ from markupsafe import Markup
 from scipy import stats
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
+from baldwinlab.analysis.atlas.claims import (
+    AtlasClaimResult,
+    evaluate_claims,
+    refuse_verdicts,
+)
 from baldwinlab.analysis.atlas.figures import LawPoints, choose_outcome, draw_laws, draw_maps
 from baldwinlab.analysis.atlas.grids import (
     HEIGHT,
@@ -33,6 +37,7 @@ from baldwinlab.analysis.atlas.tables import (
     COLUMNS,
     RESIDUAL,
     describe_settings,
+    format_fall,
     list_cells,
     tabulate,
 )
@@ -51,7 +56,13 @@ from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.core.netcdf import to_bytes
-from baldwinlab.papers.atlas_design import CLAIMS_FILE, AtlasDesign, read_atlas
+from baldwinlab.papers.atlas_design import (
+    CLAIMS_FILE,
+    REGISTERED_FILE,
+    AtlasDesign,
+    digest_atlas,
+    read_atlas,
+)
 from baldwinlab.papers.design import FROZEN_FILE
 
 PAGE_FILE: Final = "atlas.html"
@@ -59,11 +70,12 @@ TABLE_FILE: Final = "atlas.csv"
 CLAIM_RESULTS_FILE: Final = "claims.json"
 ARTICLE_FILE: Final = "article.md"
 CAPTIONS: Final = {
-    "assimilation": "Share A of the learned distance that has become innate. 1: nothing remains "
-    "to be learned; 0: no change or growth.",
+    "assimilation": "Assimilation A: fall of the learned distance, log(d_first / d_last), minus "
+    "that of genomes that evolved without learning. Above 0: learning makes behavior innate.",
     "innate_response": "Innate response I to learning, in standard deviations of the founders. "
     "Above 0: learning speeds innate evolution.",
 }
+QUICK_REASON: Final = "The quick form has too few cells and runs for verdicts, so it prints none."
 
 
 @dataclass(frozen=True)
@@ -120,8 +132,14 @@ def read_results(request: AtlasRequest) -> AtlasResults:
         for result in maps
         if not result.planned.atlas_map.is_exploratory
     }
-    results = evaluate_claims(design.claims, confirmatory)
+    results = (
+        refuse_verdicts(design.claims, QUICK_REASON)
+        if request.is_quick
+        else evaluate_claims(design.claims, confirmatory)
+    )
     digests = json.loads((request.directory / FROZEN_FILE).read_text("utf-8"))
+    # The claims are registered before any atlas, so the digest of this file is always the same.
+    digests[REGISTERED_FILE] = digest_atlas(design)[REGISTERED_FILE]
     return AtlasResults(design, maps, results, digests, size.exploration_runs, request.seed)
 
 
@@ -157,7 +175,7 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
             for result in results.maps
         ),
     ]
-    lead = " ".join(describe_claims(results.claims))
+    lead = QUICK_REASON if request.is_quick else " ".join(describe_claims(results.claims))
     write_page(results.design.title, lead, sections, folder / PAGE_FILE, figures)
     console.info(f"{folder / PAGE_FILE}", has_address=True)
     return results
@@ -175,6 +193,9 @@ def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
         "id": claim.id,
         "claim": claim.claim,
         "rule": claim.complete_rule,
+        "remarks": claim.remarks,
+        "registered_verdict": claim.registered_verdict,
+        "near_theorem": claim.near_theorem,
         **evaluation._asdict(),
     }
 
@@ -229,15 +250,16 @@ def _render_claims(results: AtlasResults) -> str:
         claims=_tabulate_claims(results.claims),
         claims_file=CLAIMS_FILE,
         digest=results.digests[CLAIMS_FILE],
+        registered_file=REGISTERED_FILE,
+        registered_digest=results.digests[REGISTERED_FILE],
     )
 
 
 def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
     rows = []
     for claim, evaluation in results:
-        note = f" Note: {claim.note}" if claim.note else ""
         name = Markup("<strong>{}.</strong> {}").format(claim.id, claim.claim)
-        heading = add_detail(name, f"{claim.complete_rule}{note}")
+        heading = add_detail(name, f"{claim.complete_rule} {claim.remarks}")
         cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
         rows.append((heading, [cells]))
     columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
@@ -251,7 +273,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         name=result.name,
         title=result.title,
         caption=f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
-        + (" White lines: the law." if result.law else ""),
+        + (f" White lines: the law. It predicts: {result.law.describe()}." if result.law else ""),
         alternative=f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
         figure=draw_maps(result.outcomes, atlas_map.axes, result.law),
         table=result.rows,
@@ -271,7 +293,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         letter=name_letter(result.outcomes),
         description=atlas_map.complete_description,
         figure=save_and_inline(figure, figures),
-        law=result.law.quantity if result.law else "",
+        law=result.law.describe() if result.law else "",
         grids=arrange_grids(result.title, result.outcomes, atlas_map.axes, cells),
         cells=cells,
         width=WIDTH,
@@ -311,6 +333,7 @@ def render_article(results: AtlasResults) -> str:
         seed=results.seed,
         outcomes=OUTCOMES,
         digest=results.digests[CLAIMS_FILE],
+        registered_digest=results.digests[REGISTERED_FILE],
         version=__version__,
     )
 
@@ -323,7 +346,7 @@ def _describe_map(result: MapResults) -> dict[str, Any]:
         "description": atlas_map.complete_description,
         "axes": "; ".join(atlas_map.axes.values()),
         "n_cells": len(result.cells),
-        "law": result.law.quantity if result.law else "",
+        "law": result.law.describe() if result.law else "",
         "share": _describe_share(result),
         "fit": _describe_fit(result),
     }
@@ -343,20 +366,23 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
     )
     return {
         "cells": str(len(rows)),
-        "mean": f"{np.mean([row['mean'] for row in rows]):.2f}",
-        "lowest": f"{lowest[0]:.2f} ({lowest[1]})",
-        "highest": f"{highest[0]:.2f} ({highest[1]})",
+        "mean": format_fall(float(np.mean([row["mean"] for row in rows]))),
+        "lowest": f"{format_fall(lowest[0])} ({lowest[1]})",
+        "highest": f"{format_fall(highest[0])} ({highest[1]})",
     }
 
 
 def _describe_fit(result: MapResults) -> dict[str, str] | None:
-    """Return the errors of the law, as text. None without a law or with fewer than 3 cells."""
+    """Return the errors of the law, as text. None without a law or with fewer than 3 cells.
+
+    An error is the measured quantity minus the law.
+    """
     if not result.law:
         return None
     points = collect_points(result)
     if len(points.predicted) < 3:
         return None
-    errors = np.abs(np.array(points.measured) - np.array(points.predicted))
+    errors = np.array(points.measured) - np.array(points.predicted)
     # A law that predicts the same value in all cells has no correlation.
     is_constant = np.ptp(points.predicted) == 0
     correlation = (
@@ -364,7 +390,8 @@ def _describe_fit(result: MapResults) -> dict[str, str] | None:
     )
     return {
         "cells": str(errors.size),
-        "mean_error": f"{errors.mean():.3f}",
-        "largest_error": f"{errors.max():.3f}",
+        "mean_error": f"{errors.mean():+.3f}",
+        "absolute_error": f"{np.abs(errors).mean():.3f}",
+        "largest_error": f"{np.abs(errors).max():.3f}",
         "correlation": correlation,
     }

@@ -39,7 +39,7 @@ from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate
+from baldwinlab.studies.assays import LIFE_KINDS, Sample, assimilation, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
@@ -71,7 +71,7 @@ class CellTask(NamedTuple):
     def agent_steps(self) -> int:
         """Number of agent-steps of the runs, of their controls and of the measurements."""
         # The few lifetimes with drift are not counted.
-        lives_per_generation = len(LIFE_KINDS) - 1
+        lives_per_generation = len(LIFE_KINDS) - 1 + len(assimilation.HISTORIES)
         lives = (
             2 * self.experiment.evolution.generations  # With and without learning.
             + lives_per_generation * len(choose_generations(self.experiment))
@@ -127,10 +127,11 @@ def measure_runs(
     report_progress: Callable[[int], None],
 ) -> xr.Dataset:
     """Simulate runs with and without learning, and return the values of `reduce_cell`."""
-    # `_simulate` adds the records. The two assays use no other maps.
+    # `_simulate` adds the records. The assays use no other maps.
     sample = Sample(directory, seed, experiment, tuple(runs), (), (), report_progress)
     learners, learner_data = _simulate(sample)
     controls, control_data = _simulate(replace(sample, experiment=experiment.without_learning()))
+    learners = replace(learners, control=controls)
     generations = choose_generations(experiment)
     assayed = _label(
         "innate",
@@ -140,15 +141,22 @@ def measure_runs(
         life=list(LIFE_KINDS),
         layer=innate.layer_names(experiment),
     )
+    distances = _label(
+        "assimilation",
+        assimilation.measure_generations(learners, generations),
+        run=list(runs),
+        generation=generations,
+        history=list(assimilation.HISTORIES),
+    )
     forked = _label(
         "fork",
-        Fork(POPULATION).measure(replace(learners, control=controls)),
+        Fork(POPULATION).measure(learners),
         run=list(runs),
         generation=generations[-1:],
         history=list(HISTORIES),
         regime=list(REGIMES),
     )
-    return reduce_cell(CellData(experiment, learner_data, control_data, assayed, forked))
+    return reduce_cell(CellData(experiment, learner_data, control_data, assayed, distances, forked))
 
 
 def _simulate(sample: Sample) -> tuple[Sample, xr.Dataset]:

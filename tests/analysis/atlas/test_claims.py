@@ -1,5 +1,6 @@
-"""Claims of the atlas: each holds on data that fulfill it, and fails if they do not."""
+"""Claims of the atlas: each holds, fails, and is undecided on data of which this is known."""
 
+import hashlib
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +9,8 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.atlas.claims import (
+    ABOVE_ZERO,
+    BELOW_ZERO,
     CORRELATION,
     COSTS,
     CURVATURE,
@@ -23,11 +26,15 @@ from baldwinlab.analysis.atlas.claims import (
     TOURNAMENT,
     TRIALS,
     K,
+    Part,
+    describe_limits,
     evaluate_claims,
+    refuse_verdicts,
 )
 from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
+from baldwinlab.analysis.atlas.tables import MeanInterval
 from baldwinlab.analysis.theory.needle import selection_against_unset
-from baldwinlab.papers.atlas_design import read_atlas
+from baldwinlab.papers.atlas_design import FOLDER, REGISTERED_FILE, read_atlas
 
 N_RUNS = 12
 NOISE = 0.002
@@ -57,12 +64,16 @@ def evaluate(name: str, maps: Maps) -> str:
     return result.evaluation.verdict
 
 
-def make_needle(error: float = 0.0, best_cost: float = 1.0) -> xr.Dataset:
-    axes = {"moving_needle.cost_of_trials": [0.1, 1.0, 10.0], "moving_needle.period": [2, 20, 0]}
+def make_needle(error: float = 0.0, best_cost: float = 1.0, success: float = 0.9) -> xr.Dataset:
+    axes = {
+        "moving_needle.cost_of_trials": [0.1, 1.0, 3.0, 10.0],
+        "moving_needle.period": [2, 5, 20, 100, 0],
+    }
+    found = {"measure: succeeded": xr.DataArray(np.ones(N_RUNS), dims="run")}
     return make_map(
         axes,
-        measure__unset=lambda grid: LAWS["needle"].predict(grid) + error,
-        measure__succeeded=0.9,
+        measure__unset=lambda grid: LAWS["needle"].predict(grid.assign(found)) + error,
+        measure__succeeded=success,
         assimilation=lambda grid: -abs(np.log(grid[COSTS["needle"]] / best_cost)),
         selection_ratio=0.5,
     )
@@ -85,8 +96,8 @@ def make_nk(best_cost: float = 0.02, slope: float = -1.0, history: float = 0.1) 
 def test_x1_holds_on_the_law_and_fails_at_a_distance() -> None:
     assert evaluate("X1", {"needle": make_needle()}) == "holds"
     assert evaluate("X1", {"needle": make_needle(error=0.2)}) == "does not hold"
-    # Nothing takes off.
-    assert evaluate("X1", {"needle": make_needle() * 0}) == "undecided"
+    # No population finds the needle, so there is no law.
+    assert evaluate("X1", {"needle": make_needle(success=0.4)}) == "undecided"
 
 
 def make_costly(field: str, best: float) -> xr.Dataset:
@@ -97,8 +108,13 @@ def make_costly(field: str, best: float) -> xr.Dataset:
 
 @pytest.mark.parametrize(("best", "verdict"), [(1.0, "holds"), (10.0, "does not hold")])
 def test_x2_needs_an_interior_maximum(best: float, verdict: str) -> None:
-    maps = {name: make_costly(COSTS[name], best) for name in ("forager", "miniworld")}
-    assert evaluate("X2", {"needle": make_needle(), "nk": make_nk(), **maps}) == verdict
+    maps = {name: make_costly(field, best) for name, field in COSTS.items()}
+    assert evaluate("X2", maps) == verdict
+    # Models that differ are undecided.
+    assert (
+        evaluate("X2", {**maps, "nk": make_nk(), "needle": make_costly(COSTS["needle"], 0.1)})
+        == "undecided"
+    )
 
 
 def test_claims_about_nk_landscapes_need_their_slope_and_their_effect_of_history() -> None:
@@ -106,14 +122,22 @@ def test_claims_about_nk_landscapes_need_their_slope_and_their_effect_of_history
         ("X3", {"slope": -1.0}, "holds"),
         ("X3", {"slope": -0.2}, "does not hold"),
         ("X10", {"history": 0.1}, "holds"),
+        ("X3", {"slope": -0.75}, "undecided"),
         ("X10", {"history": -0.1}, "does not hold"),
+        ("X10", {"history": 0.0}, "undecided"),
     ):
         assert evaluate(name, {"nk": make_nk(**changes)}) == verdict
 
 
-@pytest.mark.parametrize(("sign", "verdict"), [(1, "holds"), (-1, "does not hold")])
+@pytest.mark.parametrize(
+    ("sign", "verdict"), [(1, "holds"), (0, "undecided"), (-1, "does not hold")]
+)
 def test_x4_needs_the_sign_of_the_gain(sign: int, verdict: str) -> None:
-    axes = {CURVATURE: [-1.0, 0.0, 1.0], STEP: [0.1, 0.3], SELECTION: [ROULETTE, RANK]}
+    axes = {
+        CURVATURE: [-1.0, -0.5, 0.0, 0.5, 1.0],
+        STEP: [0.3, 0.5, 0.6],
+        SELECTION: [ROULETTE, RANK],
+    }
     slope = make_map(
         axes,
         innate_response=lambda grid: _choose(
@@ -123,7 +147,9 @@ def test_x4_needs_the_sign_of_the_gain(sign: int, verdict: str) -> None:
     assert evaluate("X4", {"slope": slope}) == verdict
 
 
-@pytest.mark.parametrize(("offset", "verdict"), [(0.0, "holds"), (1.0, "does not hold")])
+@pytest.mark.parametrize(
+    ("offset", "verdict"), [(0.0, "holds"), (0.15, "undecided"), (1.0, "does not hold")]
+)
 def test_x5_needs_the_slope_of_each_regime(offset: float, verdict: str) -> None:
     axes = {SHARE: [0.25, 0.5, 0.7], SPEED: [0.01, 0.02]}
     maps = {
@@ -144,8 +170,8 @@ def test_x5_needs_the_slope_of_each_regime(offset: float, verdict: str) -> None:
 def test_x6_needs_crossings_at_the_threshold(shift: float, verdict: str) -> None:
     prefix = "two_state_forager."
     axes = {
-        f"{prefix}between_persistence": [0.5, 0.9],
-        f"{prefix}within_persistence": [0.8, 0.95],
+        f"{prefix}between_persistence": [0.5, 0.7, 0.9],
+        f"{prefix}within_persistence": [0.8, 0.9, 0.95],
         f"{prefix}cost": np.arange(0.01, 0.5, 0.02),
     }
     forager = make_map(
@@ -157,18 +183,26 @@ def test_x6_needs_crossings_at_the_threshold(shift: float, verdict: str) -> None
     assert evaluate("X6", {"forager": forager}) == verdict
 
 
-@pytest.mark.parametrize(("floor", "verdict"), [(0.0, "holds"), (0.2, "does not hold")])
+@pytest.mark.parametrize(
+    ("floor", "verdict"), [(0.0, "holds"), (0.05, "undecided"), (0.2, "does not hold")]
+)
 def test_x7_needs_no_assimilation_without_correlation(floor: float, verdict: str) -> None:
     axes = {CORRELATION: [0.0, 0.5, 1.0], NK_COST: [0.0, 0.02]}
     correlation = make_map(axes, assimilation=lambda grid: floor + 0.5 * grid[CORRELATION])
     assert evaluate("X7", {"correlation": correlation}) == verdict
 
 
-@pytest.mark.parametrize(("sign", "verdict"), [(1, "holds"), (-1, "does not hold")])
-def test_x8_needs_equal_orders_of_p_and_a(sign: int, verdict: str) -> None:
+@pytest.mark.parametrize(
+    ("n_models", "sign", "verdict"),
+    [(9, 1, "holds"), (9, -1, "does not hold"), (5, -1, "does not hold"), (4, 1, "undecided")],
+)
+def test_x8_needs_equal_orders_of_p_and_a_in_enough_models(
+    n_models: int, sign: int, verdict: str
+) -> None:
+    names = ["needle", "nk", *"abcdefg"][:n_models]
     maps = {
         name: make_map({"a": [0]}, selection_ratio=ratio, assimilation=sign * ratio)
-        for name, ratio in {"needle": 0.2, "nk": 0.4, "forager": 0.6, "miniworld": 0.8}.items()
+        for ratio, name in enumerate(names)
     }
     assert evaluate("X8", maps) == verdict
 
@@ -176,7 +210,7 @@ def test_x8_needs_equal_orders_of_p_and_a(sign: int, verdict: str) -> None:
 @pytest.mark.parametrize(("threshold", "verdict"), [(2.0, "holds"), (50.0, "does not hold")])
 def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None:
     selection = selection_against_unset(1, 100)
-    sizes = np.array([0.2, 8.0]) * 2 / selection
+    sizes = np.array([0.1, 0.2, 8.0, 10.0]) * 2 / selection
     unset = _choose(xr.DataArray(sizes, dims="population.size") * selection > threshold, 0.0, 0.1)
     data = xr.Dataset(
         {"measure: unset": unset.expand_dims({TRIALS: [100], "run": N_RUNS})},
@@ -188,18 +222,45 @@ def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None
 def test_fewer_than_six_runs_are_not_a_verdict() -> None:
     axes = {CORRELATION: [0.0, 0.5, 1.0], NK_COST: [0.0, 0.02]}
     correlation = make_map(axes, assimilation=lambda grid: 0.5 * grid[CORRELATION])
+    (refused,) = refuse_verdicts((CLAIMS["X7"],), "No verdicts.")
+    assert refused.evaluation == ("not evaluated", "No verdicts.", 0)
     few, enough = (
         evaluate_claims((CLAIMS["X7"],), {"correlation": correlation.isel(run=slice(runs))})
         for runs in (5, 6)
     )
     assert few[0].evaluation.verdict == "undecided"
-    assert few[0].evaluation.numbers.startswith("Too few runs: a verdict needs 6. Rank correlation")
+    assert few[0].evaluation.numbers.startswith("Too few runs: a verdict needs 6. rank correlation")
     assert enough[0].evaluation.verdict == "holds"
 
 
 def test_each_claim_has_an_evaluation_and_a_complete_rule() -> None:
     assert list(CLAIMS) == list(EVALUATIONS)
-    assert not any("{" in claim.complete_rule for claim in CLAIMS.values())
+    assert not any("{" in claim.complete_rule + claim.remarks for claim in CLAIMS.values())
     # A claim about a missing map is not evaluated.
     (result,) = evaluate_claims((CLAIMS["X6"],), {})
     assert result.evaluation == ("not evaluated", "The maps forager are not in this atlas.", 0)
+
+
+def test_the_registered_claims_are_those_of_their_first_publication() -> None:
+    digest = hashlib.sha256((FOLDER / REGISTERED_FILE).read_bytes()).hexdigest()
+    assert digest == "33bc7cda5f7158ee854e018fe2b6e5bd0871ad2a1892516009c8081b24c377cc"
+    assert CLAIMS["X5"].registered_rule.startswith("Holds if the slope of log mismatch")
+    assert "were added after the first confirmatory runs" in CLAIMS["X5"].remarks
+
+
+@pytest.mark.parametrize(
+    ("limits", "text"),
+    [
+        ((0.5, 1), "must be from 0.5 to 1"),
+        ((-np.inf, 0.02), "must be at most 0.02"),
+        ((0.9, np.inf), "must be at least 0.9"),
+        (ABOVE_ZERO, "must be above 0"),
+        (BELOW_ZERO, "must be below 0"),
+    ],
+)
+def test_limits_have_a_text(limits: tuple[float, float], text: str) -> None:
+    assert describe_limits(limits) == text
+
+
+def test_an_effect_of_exactly_0_is_not_above_0() -> None:
+    assert Part("an effect", MeanInterval(0, 0, 0, 6), ABOVE_ZERO).verdict == "does not hold"

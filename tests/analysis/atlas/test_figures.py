@@ -12,7 +12,7 @@ from baldwinlab.analysis.atlas.figures import LawPoints, choose_outcome, draw_la
 @pytest.mark.parametrize(
     ("shares", "name", "limits"),
     [
-        ([0.2, np.nan], "assimilation", (0, 1)),
+        ([0.2, np.nan], "assimilation", (-0.2, 0.2)),
         ([np.nan, np.nan], "innate_response", (-3, 3)),
     ],
 )

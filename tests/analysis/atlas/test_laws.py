@@ -25,12 +25,10 @@ from baldwinlab.studies.sweeps.design import expand_sweep
         ("forager", "two_state_forager.life_steps", laws.LIFE_STEPS),
         ("optimum-constant", "moving_optimum.width", laws.PEAK_WIDTH),
         ("optimum-mutation", "moving_optimum.width", laws.PEAK_WIDTH),
-        ("optimum-rare", "moving_optimum.width", laws.PEAK_WIDTH),
         ("optimum-constant", "evolution.variation", "infinitesimal"),
         ("optimum-constant", "evolution.mutation_size", laws.NOISE_OF_CHILDREN),
         ("optimum-mutation", "evolution.mutation_rate", 1),
         ("optimum-mutation", "evolution.mutation_size", laws.MUTATION_SIZE),
-        ("optimum-rare", "evolution.mutation_rate", laws.RARE_MUTATION_RATE),
     ],
 )
 def test_every_cell_of_a_map_has_the_settings_that_its_law_assumes(

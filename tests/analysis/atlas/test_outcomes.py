@@ -19,6 +19,8 @@ def make_cell(**changes: Any) -> xr.Dataset:
     branches = np.array([[5.0, 7.0], [4.0, 3.0]])
     arrays = {
         "distance": (("run", "generation"), distance),
+        "control_distance": (("run", "generation"), np.where(GENERATIONS < 40, 8.0, 4.0) * full),
+        "neutral_distance": (("run", "generation"), 8 * full),
         "innate_trait": (("run", "generation"), 6 * full),
         "control_innate_trait": (("run", "generation"), 5 * full),
         "selection_on": (("run", "generation"), 0.2 * full),
@@ -41,7 +43,11 @@ def make_cell(**changes: Any) -> xr.Dataset:
 
 def test_outcomes_of_a_cell_have_known_values() -> None:
     outcomes = compute_outcomes(make_cell())
-    assert outcomes["assimilation"].values == pytest.approx([0.75, 0.75])
+    # The distance of learners falls to a quarter, that of the control to a half.
+    assert outcomes["learner_fall"].values == pytest.approx(np.log([4, 4]))
+    assert outcomes["control_fall"].values == pytest.approx(np.log([2, 2]))
+    assert outcomes["neutral_fall"].values == pytest.approx([0, 0])
+    assert outcomes["assimilation"].values == pytest.approx(np.log([2, 2]))
     # The response is in standard deviations of all founders.
     # Clonal founders of the runs have the traits 1 and 3, so their standard deviation is 1.
     assert outcomes["innate_response"].values == pytest.approx([1.0, 1.0])
@@ -64,7 +70,7 @@ def test_undefined_outcomes_are_null() -> None:
     growing = {"distance": (("run", "generation"), np.tile(GENERATIONS + 1.0, (2, 1)))}
     outcomes = compute_outcomes(make_cell(**growing))
     assert outcomes["t90"].isnull().all()
-    assert (outcomes["assimilation"] < 0).all()
+    assert (outcomes["learner_fall"] < 0).all()
     # A model without a distance has no assimilation.
     outcomes = compute_outcomes(make_cell().drop_vars("distance"))
     assert outcomes["assimilation"].isnull().all()

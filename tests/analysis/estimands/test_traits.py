@@ -9,11 +9,9 @@ import xarray as xr
 from baldwinlab.analysis.estimands.questions import estimate
 from baldwinlab.analysis.estimands.traits import (
     find_learning_time,
-    measure_assimilation,
     measure_foraging_times,
     measure_log_fall,
     select_innate_trait,
-    select_learned_distance,
     split_ends,
 )
 from baldwinlab.papers.presets import load
@@ -27,11 +25,6 @@ def distances(*by_run: list[float]) -> xr.DataArray:
     values = np.array(by_run)
     coords = {"generation": np.arange(values.shape[1])}
     return xr.DataArray(values, coords, dims=("run", "generation"))
-
-
-def test_assimilation_is_the_share_of_the_distance_that_is_gone() -> None:
-    measured = measure_assimilation(distances([4, 3, 2, 1], [4, 4, 4, 4], [2, 2, 5, 0], [0] * 4), 1)
-    np.testing.assert_allclose(measured, [0.75, 0, 1, np.nan])
 
 
 def test_windows_are_means_and_do_not_overlap() -> None:
@@ -97,9 +90,6 @@ def test_a_stopped_run_has_the_trait_of_its_last_generation_as_in_the_assay() ->
     trait = select_innate_trait(data, innate, experiment).values
     assert trait.dims == DIMS and trait["generation"].values.tolist() == [0, 2, 4]
     assert trait.isel(agent=0).values.tolist() == [[0, 2, 4], [10, 12, 12]]
-    distance = select_learned_distance(data, innate, experiment)
-    assert distance is not None
-    assert distance.values.values.tolist() == [[0, -2, -4], [-10, -12, -12]]
 
 
 def performances(*rows: list[float]) -> xr.DataArray:

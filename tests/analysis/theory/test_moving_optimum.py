@@ -14,9 +14,9 @@ from baldwinlab.analysis.theory.moving_optimum import (
     selection_variance,
     steady_mismatch,
     variance_of_mutations,
-    variance_of_rare_mutations,
     variance_of_segregation,
 )
+from tests.oracles.theory.rare_mutations import variance_of_rare_mutations
 
 Density = npt.NDArray[np.float64]
 # A grid of x relative to the optimum.

@@ -14,7 +14,12 @@ import xarray as xr
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
 from baldwinlab.analysis.estimands.questions import estimate
 from baldwinlab.api.atlas import run as run_module
-from baldwinlab.api.atlas.publish import publish_atlas, read_results, write_article
+from baldwinlab.api.atlas.publish import (
+    QUICK_REASON,
+    publish_atlas,
+    read_results,
+    write_article,
+)
 from baldwinlab.api.atlas.run import AtlasRequest, CellTask, choose_generations, run_atlas
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing, run_missing_assays
@@ -29,7 +34,7 @@ from tests.commands import Command
 
 OPTIONS = RunOptions(workers=1)
 CLIMBING = presets.load("mayley-1996:costly-climbing/rugged").replace(
-    evolution={"generations": 15}, population={"size": 10}
+    evolution={"generations": 15, "selection": "roulette"}, population={"size": 10}
 )
 
 
@@ -60,7 +65,7 @@ def atlas(design: AtlasDesign, tmp_path_factory: pytest.TempPathFactory) -> Atla
 
 def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> None:
     study = run_missing(StudyRequest([CLIMBING], tmp_path / "study", runs=3, seed=5), OPTIONS)
-    run_missing_assays(study, ["innate", "fork"], OPTIONS)
+    run_missing_assays(study, ["innate", "assimilation", "fork"], OPTIONS)
     runs = open_conditions(study, [CLIMBING.name]).isel(condition=0)
     assays = {name: data[CLIMBING.name] for name, data in read_assays(study).items()}
     expected = {
@@ -70,7 +75,10 @@ def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> N
     outcomes = compute_outcomes(cell)
     # All 15 generations are measured, so the windows are equal.
     assert np.array_equal(outcomes["assimilation"], expected["assimilation"])
-    assert np.allclose(outcomes["selection_ratio"] - 1, expected["selection-by-learning"])
+    difference = (cell["selection_on"] - cell["selection_off"]).mean("generation")
+    assert np.allclose(difference, expected["selection-by-learning"])
+    ratio = cell["selection_on"].sum("generation") / cell["selection_off"].sum("generation")
+    assert np.allclose(outcomes["selection_ratio"], ratio)
     scale = cell["branch_innate_fitness"].sel(regime="off").mean("run").max()
     assert np.allclose(outcomes["fork_history"] / scale, expected["fork-history"])
 
@@ -151,10 +159,11 @@ def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
     assert "<script" not in page
     digests = json.loads((atlas.directory / "frozen.json").read_text("utf-8"))
     assert digests["claims.toml"] in page
+    assert digests["registered.toml"] in page
     outcomes = xr.load_dataset(atlas.directory / "correlation.nc")
     assert outcomes["run"].values.tolist() == [2, 3]
     rows = (atlas.directory / "atlas.csv").read_text("utf-8").splitlines()
-    assert sum("correlation,point-0000" in row for row in rows) == 6
+    assert sum("correlation,point-0000" in row for row in rows) == 9
 
 
 def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
@@ -170,6 +179,10 @@ def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
     assert done.code == 0
     claims = json.loads(done.out)["claims"]
     assert {claim["id"] for claim in claims} == {claim.id for claim in design.claims}
+    # The quick form has no verdict, and the page begins with this statement.
+    assert {claim["verdict"] for claim in claims} == {"not evaluated"}
+    page = (atlas.directory / "atlas.html").read_text("utf-8")
+    assert page.index(QUICK_REASON) < page.index('id="laws"')
     assert (atlas.directory / "article.md").read_text("utf-8").startswith("# ")
     assert [result.name for result in results.maps] == ["correlation", "slope"]
     for result in results.maps:

@@ -157,7 +157,7 @@ function computeSelection(unset, settings) {
 export function computeBalance(settings) {
   const { loci, mutationRate, period, redrawnLoci } = settings;
   const gain = mutationRate / 3 + redrawnLoci / (2 * loci * period);
-  const loss = (2 * mutationRate) / 3;
+  const loss = mutationRate / 3;
   if (gain === 0) return 0;
   const computeSurplus = (share) =>
     (1 - share) * gain - share * (computeSelection(share * loci, settings) + loss);

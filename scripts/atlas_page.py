@@ -1,0 +1,78 @@
+"""Write results into the page of the atlas: `python -m scripts.atlas_page FOLDER [FOLDER ...]`.
+
+Each FOLDER is the folder of `baldwinlab reproduce atlas`, each with another seed. The estimates,
+the laws and the picture are those of the first folder.
+"""
+
+import json
+import re
+import shutil
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+from baldwinlab.api.atlas.publish import ARTICLE_FILE, CLAIM_RESULTS_FILE
+from scripts.gallery_page import tabulate
+
+DOCS: Final = Path(__file__).parents[1] / "docs"
+PAGE: Final = DOCS / "explanation" / "atlas.md"
+PICTURE: Final = DOCS / "pictures" / "atlas.png"
+BEGIN, END = "<!-- results -->\n", "<!-- end of results -->\n"
+# Heading of the article above the table that compares the laws.
+LAWS: Final = "### Residual learning and the laws\n"
+
+
+def read_claims(folder: Path) -> list[dict[str, Any]]:
+    """Return the results of all claims."""
+    claims: list[dict[str, Any]] = json.loads((folder / CLAIM_RESULTS_FILE).read_text("utf-8"))
+    return claims
+
+
+def read_seed(folder: Path) -> int:
+    """Return the seed of an atlas."""
+    return int(tomllib.loads((folder / "needle" / "sweep.toml").read_text("utf-8")).get("seed", 0))
+
+
+def make_results(folders: list[Path]) -> str:
+    """Return the verdicts of all folders, and the estimates and laws of the first one."""
+    by_folder = [read_claims(folder) for folder in folders]
+    seeds = [read_seed(folder) for folder in folders]
+    verdicts = [
+        [
+            f"{claims[0]['id']}: {claims[0]['claim']}",
+            "near-theorem" if claims[0]["near_theorem"] else "conjecture",
+            claims[0]["registered_verdict"],
+            *(claim["verdict"] for claim in claims),
+        ]
+        for claims in zip(*by_folder, strict=True)
+    ]
+    columns = ["claim", "kind", "registered rule, seed 0", *(f"seed {seed}" for seed in seeds)]
+    estimates = [[claim["id"], claim["numbers"]] for claim in by_folder[0]]
+    article = (folders[0] / ARTICLE_FILE).read_text("utf-8")
+    laws = article.split(LAWS)[1].split("![")[0].strip()
+    runs = min(claim["runs"] for claims in by_folder for claim in claims)
+    return "\n".join(
+        [
+            f"Confirmatory runs per cell: {runs}.",
+            "",
+            *tabulate(columns, verdicts),
+            "",
+            f"The estimates of seed {seeds[0]}:",
+            "",
+            *tabulate(["claim", "estimates with 95 % intervals, limits and verdicts"], estimates),
+            "",
+            laws,
+            "",
+            f"![Measured residual learning against the laws](../pictures/{PICTURE.name})",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    given = [Path(argument) for argument in sys.argv[1:]]
+    page = PAGE.read_text("utf-8")
+    pattern = re.compile(f"{BEGIN}.*{END}", re.DOTALL)
+    results = make_results(given)
+    PAGE.write_text(pattern.sub(lambda _: f"{BEGIN}\n{results}\n\n{END}", page), "utf-8")
+    shutil.copy(given[0] / "figures" / "laws.png", PICTURE)
