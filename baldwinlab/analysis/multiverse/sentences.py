@@ -108,8 +108,8 @@ def _describe_nearest(multiverse: Multiverse) -> Iterator[str]:
     yield (
         f"The variant nearest to the effect sizes of the paper ({values}) is "
         f"{_name_variant(nearest)}: {_list_effects(nearest, paper_effects)}, at a distance of "
-        f"{format_number(nearest.distance)}. Under it, {nearest.held} of {multiverse.n_counted_claims} "
-        "claims hold."
+        f"{format_number(nearest.distance)}. Under it, {nearest.held} of "
+        f"{multiverse.n_counted_claims} claims hold."
     )
     agreeing_variants = analysis.variants_with_paper_effects(multiverse)
     names = _name_variants(agreeing_variants) if agreeing_variants else "no variant"
