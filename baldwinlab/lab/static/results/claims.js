@@ -64,7 +64,11 @@ function countVerdicts(claims) {
     labels,
   ]);
   if (exploratory)
-    counts.push([exploratory, ["", "is exploratory and not counted", "are exploratory and not counted"]]);
+    counts.push([exploratory, [
+      "",
+      "is exploratory and not counted",
+      "are exploratory and not counted",
+    ]]);
   return `${
     counts
       .filter(([count]) => count)
