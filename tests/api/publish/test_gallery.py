@@ -14,8 +14,8 @@ import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.decisions import COLUMNS, VERDICTS
-from baldwinlab.api.publish.gallery import _tabulate_claims, compare_papers
-from baldwinlab.api.publish.gallery_entries import Entry, find_studies
+from baldwinlab.api.publish.gallery import compare_papers
+from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.core.errors import RefusedError
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
@@ -100,17 +100,6 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
     assert command("report", "all", "--out", "thesis.html").code == 2
     assert Path("thesis.html").read_text("utf-8") == "mine"
     assert command("report", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
-
-
-def test_verdicts_on_exploratory_claims_are_not_counted() -> None:
-    paper = papers.load("morgan-2020")
-    claims = {claim.id: "holds" for claim in paper.claims} | {"E6": "undecided"}
-    entry = Entry(paper, (), paper.folder, 20, claims, (), "", ())
-    ((_, rows),) = _tabulate_claims([entry]).groups
-    assert rows[0] == ["claims of the paper", 3, 0, 0, ""]
-    kind, *counts, others = rows[-1]
-    assert (kind, counts) == ("exploratory claims", ["–"] * 3)
-    assert others.startswith("E6 In a chain") and "undecided" in others
 
 
 @pytest.mark.parametrize("width", [320, 390, 1280])
