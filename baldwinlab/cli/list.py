@@ -48,6 +48,7 @@ def _collect_papers() -> list[Entry]:
             "title": paper.metadata.title,
             "description": paper.metadata.description,
             "source": paper.metadata.source,
+            "text_source": paper.metadata.text_source,
             "link": paper.metadata.link,
             "year": paper.metadata.year,
             "conditions": list(paper.study_names()),
@@ -90,6 +91,8 @@ def _list_papers() -> None:
 def _describe_paper(paper: Paper) -> list[str]:
     conditions = paper.study_names()
     counts = f"conditions: {len(conditions)}, claims: {len(paper.claims)}"
+    if paper.metadata.text_source:
+        counts = f"{counts} ({paper.metadata.text_source})"
     n_unlisted = len(conditions) - MAX_LISTED_CONDITIONS
     names = ", ".join(conditions[:MAX_LISTED_CONDITIONS])
     if n_unlisted > 0:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -18,19 +18,23 @@ from baldwinlab.papers.rules import RULES, Bound
 # With this value of `b`, the condition `a` is compared with its own first generations.
 FIRST_GENERATIONS = "first"
 
-Kind = Literal["paper", "implementation", "own"]
+Kind = Literal["paper", "implementation", "own", "exploratory"]
+EXPLORATORY: Final[Kind] = "exploratory"
 KINDS: Mapping[Kind, tuple[str, str]] = {
     "paper": ("claim of the paper", "claims of the paper"),
     "implementation": ("check of the implementation", "checks of the implementation"),
     "own": ("own question", "own questions"),
+    EXPLORATORY: ("exploratory claim", "exploratory claims"),
 }
 """The singular and plural names of the kinds of claims.
 
 - paper: a statement of the paper.
 - implementation: agreement with an exact result, or with an independent implementation.
 - own: a question of this project.
+- exploratory: a claim that was restated after results were known, for example with another bound.
 
-Verdicts are counted by kind, and never added over kinds.
+Verdicts are counted by kind, and never added over kinds. Those of exploratory claims are not
+counted.
 """
 # Measures of every model: "most" is the largest number of items of an agent in any generation. A
 # model can have more measures in `measures`.

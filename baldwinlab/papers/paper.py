@@ -108,6 +108,8 @@ class PaperMetadata(DeclaredTable):
     # Journal or conference, for example "AISB 2019".
     published: str = ""
     citation: str
+    # Text from which the claims of the paper were taken. "": the study is no publication.
+    text_source: Literal["full text", "abstract", "memory", ""] = ""
     # Address with http or https.
     link: str = ""
     description: str

@@ -195,6 +195,12 @@ def test_the_record_has_digests_and_each_condition_with_its_controls(folder: Pat
     curve = record["specification_curve"]
     assert curve["specifications"] == 4
     assert {row["learner"] for row in curve["learners"]} == {"hebb", "random", "noise"}
+    assert {
+        (row["field"], row["value"], row["n_specifications"]) for row in curve["by_setting"]
+    } == {
+        *(("learning.rate", "0.01", 2), ("learning.rate", "0.1", 2)),
+        *(("network.hidden", "[3]", 2), ("network.hidden", "[5]", 2)),
+    }
 
 
 # A report of all stages takes too long for every day.
@@ -274,7 +280,9 @@ def test_the_built_in_paper_compares_each_rule_with_all_noise_controls() -> None
         references = [f"{control}/{map_name}" for control in design.noise_controls]
         assert [comparison.b for comparison in claim.comparisons] == references
         assert condition not in design.noise_controls
-    assert math.prod(map(len, design.specification_curve.factors.values())) >= 32
+    factors = design.specification_curve.factors
+    assert factors["senses.visual_radius"] == (4, 40)
+    assert math.prod(map(len, factors.values())) == 64
     tuned = read_tuned(paper)
     targets = {
         f"{condition}/{map_name}"

@@ -41,9 +41,10 @@ CLAIM = {
 
 @pytest.fixture
 def stored_claims(lab_server: LabServer) -> Iterator[None]:
-    """Store two claims in the study `small`."""
+    """Store three claims in the study `small`, of which one is exploratory."""
     study = StudyStore(lab_server.root / "small")
-    write_claims(study, [CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}])
+    undecided = CLAIM | {"id": "C2", "verdict": "undecided"}
+    write_claims(study, [CLAIM, undecided, CLAIM | {"id": "C3", "kind": "exploratory"}])
     yield
     (study.directory / CLAIMS_FILE).unlink()
 
@@ -224,7 +225,9 @@ def test_a_claim_shows_verdict_effect_and_published_value_and_opens_both_worlds(
     page: Page, stored_claims: None
 ) -> None:
     open_results(page)
-    expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
+    expect(page.get_by_test_id("claims")).to_contain_text(
+        "1 holds, 1 is undecided, 1 is exploratory and not counted."
+    )
     expect(page.get_by_test_id("claims").get_by_role("heading")).to_have_text("The paper's claims")
     open_section(page, "claims")
     claim = page.get_by_test_id("claim-C1")

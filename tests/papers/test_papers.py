@@ -98,6 +98,28 @@ def test_every_claim_of_a_built_in_paper_declares_its_kind() -> None:
         )
 
 
+def test_the_front_page_states_the_source_of_each_paper_and_the_claims_with_a_number() -> None:
+    page = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+    published = [paper for paper in papers.built_in().values() if paper.metadata.text_source]
+    for source in ("full text", "abstract", "memory"):
+        names = [paper.name for paper in published if paper.metadata.text_source == source]
+        (row,) = re.findall(rf"^\| {source} \| (\d+) \| (.*) \|$", page, re.MULTILINE)
+        assert (row[0], {*re.findall(r"`([^`]+)`", row[1])}) == (str(len(names)), {*names})
+    claims = {
+        paper.name: [claim for claim in paper.claims if claim.kind == "paper"]
+        for paper in published
+    }
+    numbers = {
+        name: sum(claim.paper_value is not None for claim in of_paper)
+        for name, of_paper in claims.items()
+    }
+    assert (
+        f"Of {sum(map(len, claims.values()))} claims of {len(published)} papers, "
+        f"{sum(numbers.values())} in {sum(map(bool, numbers.values()))} papers have a published "
+        "number"
+    ) in page
+
+
 def test_a_claim_without_a_kind_is_of_the_paper_if_the_paper_states_it(tmp_path: Path) -> None:
     text = CLAIMS.replace('paper = "nearly all"\n', "")
     claims = papers.load(write_paper(tmp_path, claims=text)).claims
@@ -360,7 +382,7 @@ def test_list_papers_describes_each_paper(command: Command) -> None:
     result = command("list", "papers")
     assert result.code == 0
     assert re.search(r"^le-2019 +Nam Le, Evolving Self-taught", result.out, re.MULTILINE)
-    assert "conditions: 6, claims: 9, https://" in result.out
+    assert "conditions: 6, claims: 9 (full text), https://" in result.out
     assert "claims: 80\n" in result.out
     assert "1987, guessing, guessing-100, guessing-10000, all-set, never-guessing\n" in result.out
     assert "command: baldwinlab reproduce hinton-nowlan-1987\n" in result.out

@@ -27,6 +27,7 @@ from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, NOT_EVALUATED, UN
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, read_bytes
 from baldwinlab.papers import Paper, load
+from baldwinlab.papers.claims import EXPLORATORY
 
 # Name of the variant with which all other variants are compared.
 STANDARD: Final = "standard"
@@ -56,7 +57,13 @@ class VariantSettings(Protocol):
 def list_claims(paper: Paper | None = None) -> tuple[ClaimText, ...]:
     """Return the claims of a paper, or of the default paper."""
     return tuple(
-        ClaimText(id=claim.id, title=claim.title, claim=claim.text, figure=claim.paper_value)
+        ClaimText(
+            id=claim.id,
+            title=claim.title,
+            claim=claim.text,
+            figure=claim.paper_value,
+            is_exploratory=claim.kind == EXPLORATORY,
+        )
         for claim in (paper or load()).claims
     )
 
@@ -78,7 +85,9 @@ def evaluate_variant(
         choices=dict(variant.choices),
         fields=dict(variant.fields),
         runs=(int(n_runs.min()), int(n_runs.max())),
-        held=sum(outcome.verdict == HOLDS for outcome in outcomes.values()),
+        held=sum(
+            result.verdict == HOLDS and result.claim.kind != EXPLORATORY for result in results
+        ),
         distance=compute_distance(outcomes, paper),
         outcomes=outcomes,
     )

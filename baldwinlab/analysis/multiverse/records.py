@@ -34,6 +34,8 @@ class ClaimText(_Record):
     claim: str
     # Effect size in the paper, in items per agent, or None.
     figure: float | None
+    # Whether the claim was restated after results were known. Its verdicts are not counted.
+    is_exploratory: bool = False
 
 
 class VariantResult(_Record):
@@ -47,7 +49,7 @@ class VariantResult(_Record):
     fields: dict[str, Any]
     # Smallest and largest number of runs of a condition.
     runs: tuple[int, int]
-    # Number of claims that hold.
+    # Number of claims that hold, without exploratory claims.
     held: int
     # Distance from the paper, or None if it is undefined.
     distance: float | None
@@ -76,6 +78,11 @@ class Multiverse(_Record):
     def has_combinations(self) -> bool:
         """Whether a variant changes several choices."""
         return len(self.singles.variants) < len(self.variants)
+
+    @property
+    def n_counted_claims(self) -> int:
+        """The number of claims without exploratory claims."""
+        return sum(not claim.is_exploratory for claim in self.claims)
 
     @property
     def choices(self) -> list[str]:

@@ -108,8 +108,8 @@ def _describe_nearest(multiverse: Multiverse) -> Iterator[str]:
     yield (
         f"The variant nearest to the effect sizes of the paper ({values}) is "
         f"{_name_variant(nearest)}: {_list_effects(nearest, paper_effects)}, at a distance of "
-        f"{format_number(nearest.distance)}. Under it, {nearest.held} of {len(nearest.outcomes)} "
-        "claims hold."
+        f"{format_number(nearest.distance)}. Under it, {nearest.held} of "
+        f"{multiverse.n_counted_claims} claims hold."
     )
     agreeing_variants = analysis.variants_with_paper_effects(multiverse)
     names = _name_variants(agreeing_variants) if agreeing_variants else "no variant"
@@ -133,7 +133,7 @@ def _describe_most_claims(multiverse: Multiverse) -> str:
     if not best or not best[0].held:
         return "No claim holds under any variant."
     n_held = best[0].held
-    n_claims = len(multiverse.claims)
+    n_claims = multiverse.n_counted_claims
     if n_held == n_claims:
         return f"Under {_name_variants(best)}, all {n_claims} claims hold."
     return f"Under {_name_variants(best)}, {n_held} of {n_claims} claims hold, the highest number."

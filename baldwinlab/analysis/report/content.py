@@ -19,7 +19,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.papers.claims import KINDS
+from baldwinlab.papers.claims import EXPLORATORY, KINDS
 
 # Singular and plural of each verdict, in the order of `VERDICTS`.
 VERDICT_VERBS: Final = (
@@ -159,14 +159,15 @@ def _serialize_world(experiment: Experiment) -> str:
 def describe_verdicts(results: Sequence[ClaimResult]) -> str:
     """Return the number of claims by kind and verdict.
 
-    For example "4 claims of the paper: 3 hold, 1 is undecided; 1 own question: 1 holds".
+    For example "4 claims of the paper: 3 hold, 1 is undecided; 1 exploratory claim: not counted".
     """
     texts = []
     for kind, (singular, plural) in KINDS.items():
         verdicts = [result.verdict for result in results if result.claim.kind == kind]
         if verdicts:
             noun = plural if len(verdicts) > 1 else singular
-            texts.append(f"{len(verdicts)} {noun}: {_count_verdicts(verdicts)}")
+            counts = "not counted" if kind == EXPLORATORY else _count_verdicts(verdicts)
+            texts.append(f"{len(verdicts)} {noun}: {counts}")
     return "; ".join(texts)
 
 

@@ -63,6 +63,8 @@ class NoiseComparison:
     matched: Mapping[str, ControlEffect]
     # Verdict of the claim that the learner eats more than each noise control, or "".
     verdict: str
+    # Whether less than 90 % of the bootstrap samples of the runs have the same verdict.
+    is_unstable: bool
 
     @property
     def median(self) -> float:
@@ -88,6 +90,7 @@ class NoiseComparison:
         for name, effect in effects.items():
             row |= _make_effect_record(name, effect)
         row["verdict"] = self.verdict
+        row["unstable"] = self.is_unstable
         return replace_undefined(row)
 
 
@@ -135,7 +138,7 @@ def compare_with_noise(
         )
         for kind in MATCHED_KINDS
     }
-    verdicts = _find_verdicts(results, factors, noise_controls)
+    claims = _find_claims(results, factors, noise_controls)
     return [
         NoiseComparison(
             condition=name,
@@ -148,7 +151,8 @@ def compare_with_noise(
             hurdle=measure_hurdle(values[name], TAKEOFF_FITNESS),
             noise=noise.get(name),
             matched={kind: effects[name] for kind, effects in matched.items() if name in effects},
-            verdict=verdicts.get(name, ""),
+            verdict=claims[name].label if name in claims else "",
+            is_unstable=name in claims and claims[name].is_unstable,
         )
         for name in rows
         for interval in [median_interval(values[name])]  # Assigns a variable.
@@ -205,11 +209,11 @@ def _correct(effects: Mapping[str, ControlEffect | None]) -> dict[str, ControlEf
     }
 
 
-def _find_verdicts(
+def _find_claims(
     results: Sequence[ClaimResult], factors: Mapping[str, Factors], noise_controls: Sequence[str]
-) -> dict[str, str]:
-    """Return, by condition, the verdict of a claim that compares it with noise controls only."""
-    verdicts = {}
+) -> dict[str, ClaimResult]:
+    """Return, by condition, the result of a claim that compares it with noise controls only."""
+    claims = {}
     for result in results:
         conditions = {finding.comparison.a for finding in result.findings}
         references = {finding.comparison.b for finding in result.findings}
@@ -217,8 +221,8 @@ def _find_verdicts(
             name in factors and factors[name].learner in noise_controls for name in references
         )
         if len(conditions) == 1 and references and are_noise:
-            verdicts[conditions.pop()] = result.label
-    return verdicts
+            claims[conditions.pop()] = result
+    return claims
 
 
 class RankAgreement(NamedTuple):
@@ -282,6 +286,20 @@ class LearnerRanks(NamedTuple):
         }
 
 
+class SettingRanks(NamedTuple):
+    """The specifications that share the value of one setting."""
+
+    field: str
+    value: str
+    n_specifications: int
+    ranks: Mapping[str, float]  # Median rank by learner, the best learner first.
+
+    @property
+    def best(self) -> str:
+        """The learner with the best median rank."""
+        return next(iter(self.ranks))
+
+
 class SpecificationResults(NamedTuple):
     """Learners in all specifications, sorted by median rank."""
 
@@ -289,6 +307,28 @@ class SpecificationResults(NamedTuple):
     specifications: list[str]
     w: float  # Kendall's W of the rank orders.
     p: float
+
+    def rank_by_setting(self, settings: Mapping[str, Mapping[str, str]]) -> list[SettingRanks]:
+        """Return the median ranks for each value of each setting.
+
+        `settings`: values by specification and field, {"s01": {"learning.rate": "0.1"}}.
+        """
+        fields = list(settings[self.specifications[0]])
+        indices: dict[tuple[str, str], list[int]] = {}
+        for index, name in enumerate(self.specifications):
+            for field_and_value in settings[name].items():
+                indices.setdefault(field_and_value, []).append(index)
+        return [
+            SettingRanks(field, value, len(selected), self._sort_learners(selected))
+            for (field, value), selected in sorted(
+                indices.items(), key=lambda item: fields.index(item[0][0])
+            )
+        ]
+
+    def _sort_learners(self, indices: Sequence[int]) -> dict[str, float]:
+        """Return the median rank over some specifications by learner, the best learner first."""
+        medians = {row.learner: float(np.median(row.ranks[indices])) for row in self.learners}
+        return dict(sorted(medians.items(), key=lambda item: item[1]))
 
 
 def evaluate_specifications(

@@ -39,6 +39,7 @@ from baldwinlab.analysis.stages.analysis import (
     TAKEOFF_FITNESS,
     ControlEffect,
     NoiseComparison,
+    SettingRanks,
     SpecificationResults,
 )
 from baldwinlab.analysis.statistics.bootstrap import Sample
@@ -68,6 +69,7 @@ class StagedResults:
     # The specification curve, or None if it is not stored.
     specifications: SpecificationResults | None
     settings: Mapping[str, str]  # The values of each factor of the specification curve, as text.
+    ranks_by_setting: Sequence[SettingRanks]  # Of the specification curve.
     digests: Mapping[str, str]  # SHA-256 of the claims and of the tuned values, by file.
     notes: Sequence[str] = ()  # Sentences on the size of the study.
 
@@ -139,18 +141,34 @@ def _tabulate_ranks(curve: SpecificationResults) -> Table:
     return tabulate(CURVE_TITLE, ["Condition"], numbers, rows)
 
 
+def _tabulate_settings(results: StagedResults) -> Table:
+    """Return a row per value of a setting: the best condition, and the noise controls."""
+    rows = [
+        [
+            f"{group.field} = {group.value}",
+            group.n_specifications,
+            f"{group.best}: {format_number(group.ranks[group.best])}",
+            *(format_number(group.ranks[control]) for control in results.noise_controls),
+        ]
+        for group in results.ranks_by_setting
+    ]
+    headings = ["Specifications", "Best condition", *results.noise_controls]
+    return tabulate("Median rank by setting", ["Setting"], headings, rows)
+
+
 def compose_sentences(results: StagedResults) -> Iterator[str]:
     """Yield the main results as sentences."""
     yield from results.notes
     claimed = results.claimed
     if claimed:
         learners = list(dict.fromkeys(row.learner for row in claimed))
-        successes = [row for row in claimed if row.verdict == HOLDS]
+        # Other runs could give another verdict than an unstable one.
+        successes = [row for row in claimed if row.verdict == HOLDS and not row.is_unstable]
         n_successful = len({row.learner for row in successes})
         yield (
             f"On unseen maps, {n_successful} of {len(learners)} learning rules eat more than each "
-            f"noise control ({', '.join(results.noise_controls)}) on at least one map: "
-            f"{_list_learners(successes)}."
+            f"noise control ({', '.join(results.noise_controls)}) on at least one map, by a stable "
+            f"verdict: {_list_learners(successes)}."
         )
     for kind in MATCHED_KINDS:
         measured = [row for row in results.rows if kind in row.matched]
@@ -229,6 +247,7 @@ def make_section(results: StagedResults, directory: Path) -> Section:
         results=results,
         curve=curve,
         ranks=_tabulate_ranks(curve) if curve else None,
+        ranks_by_setting=_tabulate_settings(results),
         figures=figures,
     )
     return Section("confirmation", "Confirmation", body)
@@ -251,6 +270,7 @@ def _write_records(results: StagedResults, directory: Path) -> None:
             "kendall_w": finite_or_none(curve.w),
             "p": finite_or_none(curve.p),
             "learners": [row.record() for row in curve.learners],
+            "by_setting": [group._asdict() for group in results.ranks_by_setting],
         },
     }
     write_json(directory / "learners.json", record)

@@ -40,6 +40,7 @@ from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.core.files import REPORT_MARK, require_writable
+from baldwinlab.papers.claims import EXPLORATORY, KINDS
 
 GALLERY_FILE: Final = "gallery.html"
 # One row per system and question.
@@ -215,7 +216,9 @@ def _tabulate_claims(entries: Sequence[Entry]) -> Table:
                 for name, verdict in claims.items()
                 if verdict != HOLDS
             ]
-            counts = [list(claims.values()).count(verdict) for verdict in verdicts]
+            counts: list[object] = [list(claims.values()).count(verdict) for verdict in verdicts]
+            if kind == KINDS[EXPLORATORY][1]:
+                counts = ["–"] * len(verdicts)
             rows.append([kind, *counts, Markup("; ").join(others)])
         if rows:
             year = str(entry.paper.metadata.year)

@@ -19,6 +19,7 @@ from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import is_study
+from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers import Paper
 from baldwinlab.papers.design import FROZEN_FILE, SPECIFICATIONS_FOLDER, Design, digest_files
@@ -44,6 +45,7 @@ def read_staged_results(
     if not values:
         return None
     digests = _read_digests(study)
+    curve, settings = _read_specifications(study, design)
     return StagedResults(
         rows=compare_with_noise(
             values,
@@ -53,11 +55,12 @@ def read_staged_results(
             results,
         ),
         noise_controls=design.noise_controls,
-        specifications=_read_specifications(study, design),
+        specifications=curve,
         settings={
             field: " or ".join(format_value(value) for value in values_of_field)
             for field, values_of_field in design.specification_curve.factors.items()
         },
+        ranks_by_setting=curve.rank_by_setting(settings) if curve else [],
         digests=digests,
         notes=[*describe_size(study, paper, data), *_describe_changed_files(paper, digests)],
     )
@@ -113,14 +116,28 @@ def _format_tuned_settings(study: StudyStore, design: Design) -> dict[str, str]:
     return settings
 
 
-def _read_specifications(study: StudyStore, design: Design) -> SpecificationResults | None:
-    """Return the specification curve from the folder next to the study, or None."""
+def _read_specifications(
+    study: StudyStore, design: Design
+) -> tuple[SpecificationResults | None, dict[str, dict[str, str]]]:
+    """Return the specification curve from the folder next to the study, or None.
+
+    The second result has the values of the factors of the design by specification.
+    """
     directory = study.directory.parent / SPECIFICATIONS_FOLDER
     if not is_study(directory):
-        return None
+        return None, {}
     specifications = StudyStore(directory)
     assays: Mapping[str, xr.Dataset] = read_assays(specifications, [UNSEEN_MAPS]).get(
         UNSEEN_MAPS, {}
     )
     values = {name: np.asarray(data["energy"].mean("map")) for name, data in assays.items()}
-    return evaluate_specifications(values, specifications.factors, design.noise_controls)
+    # A study of an earlier design has other values than this design.
+    settings = {
+        specifications.factors[name].variant: {
+            field: format_value(to_plain_data(look_up(experiment, field)[0]))
+            for field in design.specification_curve.factors
+        }
+        for name, experiment in specifications.experiments.items()
+    }
+    curve = evaluate_specifications(values, specifications.factors, design.noise_controls)
+    return curve, settings

@@ -15,7 +15,7 @@ from baldwinlab.lab import Lab, MissingError, Query, read_text
 from baldwinlab.lab.sources import model_displays, studies
 from baldwinlab.lab.sources.limits import check_size
 from baldwinlab.papers import Paper, PaperError
-from baldwinlab.papers.claims import KINDS
+from baldwinlab.papers.claims import EXPLORATORY, KINDS
 from baldwinlab.papers.paper import CARD_FILE
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.status import CLAIMS_FILE, read_claims
@@ -173,6 +173,7 @@ def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, in
     """Return the number of claims by kind and verdict, and an error if the claims are not valid.
 
     For example ({"claims of the paper": {"holds": 3}}, None). Older files have the kind "".
+    Exploratory claims are not counted.
     """
     try:
         studies.require_inside(lab.root, study.directory / CLAIMS_FILE)
@@ -187,5 +188,6 @@ def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, in
     ordered_counts: dict[str, dict[str, int]] = {
         name: {verdict: counts[kind, verdict] for verdict in VERDICTS if counts[kind, verdict]}
         for kind, name in names_by_kind.items()
+        if kind != EXPLORATORY
     }
     return {kind: verdicts for kind, verdicts in ordered_counts.items() if verdicts}, None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,12 @@ import pytest
 from baldwinlab.analysis.multiverse.analysis import (
     compute_distance,
     compute_shares,
+    evaluate_variant,
     find_decisive_choices,
     find_largest_effect,
     find_nearest,
     group_by_verdict,
+    list_claims,
     read_multiverse,
     select_claims,
     summarize,
@@ -22,6 +25,9 @@ from baldwinlab.analysis.multiverse.analysis import (
     write_multiverse,
 )
 from baldwinlab.analysis.multiverse.records import Multiverse
+from baldwinlab.analysis.multiverse.sentences import compose_sentences
+from baldwinlab.papers import load
+from baldwinlab.studies.multiverse import Variant
 from tests.analysis.multiverse.variants import (
     NO_MEALS,
     TAUGHT_BEAT_EVOLVED,
@@ -29,7 +35,7 @@ from tests.analysis.multiverse.variants import (
     variant_of,
     with_gain,
 )
-from tests.analysis.results.studies import AS_THE_PAPER
+from tests.analysis.results.studies import AS_THE_PAPER, study
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
 
@@ -47,6 +53,18 @@ def test_the_results_of_the_paper_confirm_every_claim_at_distance_0() -> None:
     outcome = standard.outcomes["C1"]
     assert (outcome.verdict, outcome.effect, outcome.a12) == ("holds", 40, 1)
     assert outcome.p_holm is not None and outcome.p_holm < 0.05
+
+
+def test_exploratory_claims_are_not_counted() -> None:
+    first, *claims = load().claims
+    paper = replace(load())
+    # A cached property of this copy of the paper.
+    vars(paper)["claims"] = (first.model_copy(update={"kind": "exploratory"}), *claims)
+    variant = evaluate_variant(study(AS_THE_PAPER, generations=24), Variant(()), paper=paper)
+    assert variant.held == 8 and variant.outcomes["C1"].verdict == "holds"
+    multiverse = multiverse_of(variant).model_copy(update={"claims": list_claims(paper)})
+    assert multiverse.n_counted_claims == 8
+    assert "Under the standard variant, all 8 claims hold." in compose_sentences(multiverse)
 
 
 def test_a_claim_that_one_choice_overturns_depends_on_that_choice() -> None:

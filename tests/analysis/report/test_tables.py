@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import nan
 
 from markupsafe import Markup
 
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import sections
+from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.tables import (
     Table,
     add_detail,
@@ -67,6 +69,19 @@ def test_all_tables_of_comparisons_have_the_same_columns_of_numbers() -> None:
         assert set(NUMBER_HEADINGS.values()) <= set(table.columns)
         for _, rows in table.groups:
             assert {len(cells) for cells in rows} == {len(table.columns) - 1}
+
+
+def test_verdicts_on_exploratory_claims_are_shown_and_not_counted() -> None:
+    results = evaluate_claims(study(AS_THE_PAPER, generations=24))
+    assert describe_verdicts(results) == "9 claims of the paper: 9 hold"
+    restated = [
+        replace(result, claim=result.claim.model_copy(update={"kind": "exploratory"}))
+        for result in results[:2]
+    ]
+    assert describe_verdicts([*restated, *results[2:]]) == (
+        "7 claims of the paper: 7 hold; 2 exploratory claims: not counted"
+    )
+    assert str(badge("holds")) in str(tabulate_claims(restated).groups)
 
 
 def test_pairs_have_the_numbers_of_the_paired_comparison() -> None:

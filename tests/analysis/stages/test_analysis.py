@@ -110,6 +110,24 @@ def test_learners_are_ranked_by_their_mean_over_maps() -> None:
     assert crbp.share_above_noise == pytest.approx(1 / 3)
 
 
+def test_ranks_by_setting_are_medians_over_the_specifications_with_the_value() -> None:
+    results = evaluate_specifications(SPECIFICATION_VALUES, SPECIFICATION_FACTORS, ["noise"])
+    assert results is not None
+    settings = {
+        "s1": {"rate": "0.1", "radius": "4"},
+        "s2": {"rate": "0.1", "radius": "40"},
+        "s3": {"rate": "0.3", "radius": "40"},
+    }
+    groups = results.rank_by_setting(settings)
+    # The ranks of each specification are those of the previous test.
+    assert [(group.field, group.value, group.n_specifications) for group in groups] == [
+        *(("rate", "0.1", 2), ("rate", "0.3", 1), ("radius", "4", 1), ("radius", "40", 2)),
+    ]
+    assert groups[0].ranks == {"hebb": 1.5, "crbp": 2, "noise": 2.5}
+    assert [group.best for group in groups] == ["hebb"] * 4
+    assert groups[3].ranks == {"hebb": 1.5, "crbp": 2, "noise": 2.5}
+
+
 def test_incomplete_specifications_are_left_out() -> None:
     without = {name: value for name, value in SPECIFICATION_VALUES.items() if name != "s2/crbp/B"}
     results = evaluate_specifications(without, SPECIFICATION_FACTORS, ["noise"])

@@ -40,6 +40,7 @@ def papers_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServe
     verdicts = ("holds", "does not hold", "holds", "of an older report")
     claims = [{"id": "C", "kind": "paper", "verdict": verdict} for verdict in verdicts]
     claims += [{"id": "D", "kind": "own", "verdict": "holds"}]
+    claims += [{"id": "F", "kind": "exploratory", "verdict": "holds"}]
     # A file of an older version has no kind.
     claims += [{"id": "E", "verdict": "undecided"}]
     write_claims(StudyStore(root / "mine" / "first"), claims)
@@ -72,7 +73,7 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
     assert changes_by_study == {"changed": ["lifetime.steps=60"], "plain": []}
 
 
-def test_a_card_lists_the_verdicts_of_the_studies_of_its_paper(
+def test_a_card_lists_the_verdicts_of_its_paper_without_exploratory_claims(
     papers_server: LabServer,
 ) -> None:
     cards = {card["name"]: card for card in get_json(papers_server.address, "papers")["papers"]}

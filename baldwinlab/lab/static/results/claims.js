@@ -55,11 +55,20 @@ function hasPaperClaims(claims) {
   return !claims.length || claims.some((claim) => claim.paper || (claim.figure ?? null) !== null);
 }
 
+/** Return the number of claims by verdict, without exploratory claims. */
 function countVerdicts(claims) {
+  const counted = claims.filter(({ kind }) => kind !== "exploratory");
+  const exploratory = claims.length - counted.length;
   const counts = Object.entries(VERDICTS).map(([verdict, labels]) => [
-    claims.filter((claim) => claim.verdict === verdict).length,
+    counted.filter((claim) => claim.verdict === verdict).length,
     labels,
   ]);
+  if (exploratory)
+    counts.push([exploratory, [
+      "",
+      "is exploratory and not counted",
+      "are exploratory and not counted",
+    ]]);
   return `${
     counts
       .filter(([count]) => count)
