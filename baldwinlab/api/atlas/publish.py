@@ -5,7 +5,6 @@ Every number in the article is computed from stored results.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -47,12 +46,12 @@ from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.results.verdicts import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
+from baldwinlab.api.cells import read_digests
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.papers.atlas_design import CLAIMS_FILE, AtlasDesign, read_atlas
-from baldwinlab.papers.design import FROZEN_FILE
 
 PAGE_FILE: Final = "atlas.html"
 TABLE_FILE: Final = "atlas.csv"
@@ -121,8 +120,9 @@ def read_results(request: AtlasRequest) -> AtlasResults:
         if not result.planned.atlas_map.is_exploratory
     }
     results = evaluate_claims(design.claims, confirmatory)
-    digests = json.loads((request.directory / FROZEN_FILE).read_text("utf-8"))
-    return AtlasResults(design, maps, results, digests, size.exploration_runs, request.seed)
+    return AtlasResults(
+        design, maps, results, read_digests(request.directory), size.exploration_runs, request.seed
+    )
 
 
 def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResults:
@@ -146,7 +146,7 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
     write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
     for result in results.maps:
         write_atomically(folder / f"{result.name}.nc", to_bytes(_encode_labels(result.outcomes)))
-    write_json(folder / CLAIM_RESULTS_FILE, [_claim_record(result) for result in results.claims])
+    write_json(folder / CLAIM_RESULTS_FILE, [record_claim(result) for result in results.claims])
     figures = folder / "figures"
     console.info("drawing the figures")
     sections = [
@@ -169,7 +169,8 @@ def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
     return outcomes.assign_attrs(attributes)
 
 
-def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
+def record_claim(result: AtlasClaimResult) -> dict[str, Any]:
+    """Return the result of a claim for a JSON file."""
     claim, evaluation = result
     return {
         "id": claim.id,
@@ -226,13 +227,14 @@ def collect_points(result: MapResults) -> LawPoints:
 def _render_claims(results: AtlasResults) -> str:
     return render(
         "atlas/claims.html",
-        claims=_tabulate_claims(results.claims),
+        claims=tabulate_claims("Claims of the atlas", results.claims),
         claims_file=CLAIMS_FILE,
         digest=results.digests[CLAIMS_FILE],
     )
 
 
-def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
+def tabulate_claims(label: str, results: Sequence[AtlasClaimResult]) -> Table:
+    """Return the table of claims with their verdicts. `label`: name for screen readers."""
     rows = []
     for claim, evaluation in results:
         note = f" Note: {claim.note}" if claim.note else ""
@@ -241,7 +243,7 @@ def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
         cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
         rows.append((heading, [cells]))
     columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
-    return Table("Claims of the atlas", columns, rows, "claims")
+    return Table(label, columns, rows, "claims")
 
 
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
