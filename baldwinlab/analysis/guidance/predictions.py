@@ -158,14 +158,17 @@ def _evaluate_noise(groups: Groups, bounds: Bounds) -> Decision:
     noise = by_k.sel(arm=NOISE).mean("arm").transpose("run", K).values
     learning = by_k.sel(arm=LEARNING).transpose("run", K).values
     k = by_k[K].values.astype(np.float64)
-    ratios = noise.mean(axis=0) / learning.mean(axis=0)
     centered = (k - k.mean()) / ((k - k.mean()) ** 2).sum()
-    slopes = np.concatenate(
-        [
-            noise[rows].mean(axis=1) / learning[rows].mean(axis=1) @ centered
-            for rows in draw_resamples(np.random.default_rng(SEED), RESAMPLES, len(noise))
-        ]
-    )
+    resamples = draw_resamples(np.random.default_rng(SEED), RESAMPLES, len(noise))
+    # An effect of learning of 0 gives no ratio. The prediction is undecided then.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = noise.mean(axis=0) / learning.mean(axis=0)
+        slopes = np.concatenate(
+            [
+                noise[rows].mean(axis=1) / learning[rows].mean(axis=1) @ centered
+                for rows in resamples
+            ]
+        )
     low, high = percentile_interval(slopes)
     shares = ", ".join(
         f"{ratio:.2f} at K = {level:g}" for ratio, level in zip(ratios, k, strict=True)
@@ -173,10 +176,7 @@ def _evaluate_noise(groups: Groups, bounds: Bounds) -> Decision:
     numbers = f"Ratio {shares}; slope {float(ratios @ centered):.3g} [{low:.3g}, {high:.3g}] per K."
     weakest = min(estimate_mean(values).low for values in learning.T)
     if weakest <= 0:
-        return (
-            UNDECIDED,
-            f"{numbers} The effect of learning, which divides, is not above 0 at every K.",
-        )
+        return UNDECIDED, f"{numbers} The effect of learning is not above 0 at every K."
     if high < 0:
         return HOLDS, numbers
     return (FAILS if low > -bounds["slope"] else UNDECIDED), numbers
