@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
 import xarray as xr
 
 CONTROL: Final = "control"
@@ -35,6 +34,6 @@ def compute_effects(cells: xr.Dataset, *, is_relative: bool) -> xr.DataArray:
     arms = innate.drop_sel(arm=CONTROL)
     effects = arms - control
     if is_relative:
-        scale = np.maximum(arms.mean("run"), control.mean("run"))
+        scale = arms.mean("run").clip(min=control.mean("run"))
         effects = effects / scale.where(scale > 0)
     return effects.transpose(*innate.dims)

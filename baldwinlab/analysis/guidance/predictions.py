@@ -163,12 +163,8 @@ def _evaluate_noise(groups: Groups, bounds: Bounds) -> Decision:
     # An effect of learning of 0 gives no ratio. The prediction is undecided then.
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = noise.mean(axis=0) / learning.mean(axis=0)
-        slopes = np.concatenate(
-            [
-                noise[rows].mean(axis=1) / learning[rows].mean(axis=1) @ centered
-                for rows in resamples
-            ]
-        )
+        by_resample = [noise[rows].mean(axis=1) / learning[rows].mean(axis=1) for rows in resamples]
+    slopes = np.concatenate(by_resample) @ centered
     low, high = percentile_interval(slopes)
     shares = ", ".join(
         f"{ratio:.2f} at K = {level:g}" for ratio, level in zip(ratios, k, strict=True)

@@ -54,7 +54,8 @@ class Walker(NamedTuple):
 
 def list_neighbors(bits: int) -> npt.NDArray[np.int64]:
     """Return the strings that differ from each string in one bit, [string, bit]."""
-    return np.arange(2**bits)[:, None] ^ (1 << np.arange(bits))
+    neighbors: npt.NDArray[np.int64] = np.arange(2**bits)[:, None] ^ (1 << np.arange(bits))
+    return neighbors
 
 
 def learn(fitness: Floats, trials: int) -> sparse.csr_array:
