@@ -32,7 +32,7 @@ Identity = Mapping[str, str]
 """Attributes of a file that identify the settings of its cell."""
 
 
-class CellTask(Task, Protocol):
+class StoredTask(Task, Protocol):
     """Task that returns the values of all runs of a cell as a dataset."""
 
     @property
@@ -64,7 +64,7 @@ def read_cell(path: Path, identity: Identity, runs: Sequence[int]) -> xr.Dataset
 
 
 def simulate_cells(
-    study: StudyStore, tasks: Sequence[CellTask], n_cells: int, options: AssayOptions
+    study: StudyStore, tasks: Sequence[StoredTask], n_cells: int, options: AssayOptions
 ) -> None:
     """Simulate the missing cells of a study, and store their values."""
     executor = options.make_executor()
@@ -73,7 +73,7 @@ def simulate_cells(
     )
     n_missing = len(tasks)
 
-    def store(task: CellTask, values: xr.Dataset) -> None:
+    def store(task: StoredTask, values: xr.Dataset) -> None:
         nonlocal n_missing
         labeled = values.assign_attrs(task.identify(study.seed), baldwinlab=__version__)
         write_in_study(study.directory, cell_path(study.directory, task.name), to_bytes(labeled))

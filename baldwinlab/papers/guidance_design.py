@@ -28,7 +28,7 @@ NoiseKind = Literal["drift", "yoked"]
 StartKind = Literal["population", "mode"]
 
 
-class Group(DeclaredTable):
+class GuidanceGroup(DeclaredTable):
     """Cells of one model."""
 
     name: str = Field(pattern=MAP_NAME)
@@ -61,12 +61,12 @@ class Group(DeclaredTable):
     # Whether `analysis.theory.landscape_chain` predicts the effect on each landscape.
     has_law: bool = False
 
-    def change_fields(self, fields: Mapping[str, tuple[Any, ...]], runs: int) -> Group:
+    def change_fields(self, fields: Mapping[str, tuple[Any, ...]], runs: int) -> GuidanceGroup:
         """Return the group with other values of some fields, and another number of runs."""
         return self.model_copy(update={"fields": {**self.fields, **fields}, "runs": runs})
 
 
-class Prediction(AtlasClaim):
+class GuidancePrediction(AtlasClaim):
     """A prediction, with the rule that decides whether it holds."""
 
     id: str = Field(pattern=r"^P\d+$")
@@ -80,8 +80,8 @@ class GuidanceDesign(DeclaredTable):
     first_run: int = Field(ge=0)
     # Smallest number of runs in a cell with which a prediction is decided.
     least_runs: int = Field(ge=2)
-    groups: tuple[Group, ...] = Field(min_length=1)
-    predictions: tuple[Prediction, ...] = Field(min_length=1)
+    groups: tuple[GuidanceGroup, ...] = Field(min_length=1)
+    predictions: tuple[GuidancePrediction, ...] = Field(min_length=1)
 
     def shorten(self) -> GuidanceDesign:
         """Return the design of `--quick`: fewer cells and runs, and no predictions."""
@@ -98,7 +98,7 @@ class GuidanceDesign(DeclaredTable):
 class Cell(NamedTuple):
     """A learner, with the values of the swept fields of its group."""
 
-    group: Group
+    group: GuidanceGroup
     learner: Experiment
     values: Mapping[str, Any]
 
@@ -134,7 +134,7 @@ def digest_guidance() -> dict[str, str]:
     return digest_folder(FOLDER, [DESIGN_FILE])
 
 
-def list_cells(group: Group) -> Iterator[Cell]:
+def list_cells(group: GuidanceGroup) -> Iterator[Cell]:
     """Yield the cells of a group, with the last field varying fastest.
 
     The name of a cell has the numbers of its values, for example nk-k-5-trials-30-size-100.

@@ -38,7 +38,7 @@ from baldwinlab.analysis.statistics.bootstrap import (
     draw_resamples,
     percentile_interval,
 )
-from baldwinlab.papers.guidance_design import Prediction
+from baldwinlab.papers.guidance_design import GuidancePrediction
 
 Groups = Mapping[str, xr.Dataset]
 """Cells (cell, run, arm, start, horizon) of each group, with `effect` by `add_effects`."""
@@ -65,7 +65,7 @@ def add_effects(cells: xr.Dataset, *, is_relative: bool) -> xr.Dataset:
 
 
 def evaluate_predictions(
-    predictions: Sequence[Prediction], groups: Groups, least_runs: int
+    predictions: Sequence[GuidancePrediction], groups: Groups, least_runs: int
 ) -> list[AtlasClaimResult]:
     """Evaluate all predictions, in their order."""
     results = []

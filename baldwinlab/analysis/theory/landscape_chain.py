@@ -34,7 +34,7 @@ Floats = npt.NDArray[np.float64]
 N_ADVANTAGES: Final = 401
 
 
-class Walker(NamedTuple):
+class ChainSettings(NamedTuple):
     """A population on a landscape.
 
     Attributes
@@ -53,7 +53,18 @@ class Walker(NamedTuple):
 
 
 def list_neighbors(bits: int) -> npt.NDArray[np.int64]:
-    """Return the strings that differ from each string in one bit, [string, bit]."""
+    """Return the strings that differ from each string in one bit.
+
+    Parameters
+    ----------
+    bits : int
+        Number B of bits.
+
+    Returns
+    -------
+    array
+        Strings as integers, [string, bit].
+    """
     neighbors: npt.NDArray[np.int64] = np.arange(2**bits)[:, None] ^ (1 << np.arange(bits))
     return neighbors
 
@@ -151,14 +162,14 @@ def compute_fixation(advantages: Floats, agents: int) -> Floats:
     return np.interp(advantages, *_tabulate_fixation(agents))
 
 
-def make_chain(fitness: Floats, walker: Walker) -> sparse.csr_array:
+def make_chain(fitness: Floats, settings: ChainSettings) -> sparse.csr_array:
     """Return the probabilities of the genotype in the next generation.
 
     Parameters
     ----------
     fitness : array
         Fitness of each string without learning, [string].
-    walker : Walker
+    settings : ChainSettings
         The population.
 
     Returns
@@ -167,8 +178,8 @@ def make_chain(fitness: Floats, walker: Walker) -> sparse.csr_array:
         Probabilities, [genotype, next genotype].
     """
     bits = fitness.size.bit_length() - 1
-    fixation = compute_fixation(compute_advantages(fitness, walker.trials), walker.agents)
-    mutants = walker.agents * walker.mutation_rate * (1 - walker.mutation_rate) ** (bits - 1)
+    fixation = compute_fixation(compute_advantages(fitness, settings.trials), settings.agents)
+    mutants = settings.agents * settings.mutation_rate * (1 - settings.mutation_rate) ** (bits - 1)
     rates = mutants * fixation
     genotypes = np.repeat(np.arange(fitness.size), bits)
     targets = list_neighbors(bits).ravel()
@@ -178,7 +189,22 @@ def make_chain(fitness: Floats, walker: Walker) -> sparse.csr_array:
 
 
 def advance(chain: sparse.csr_array, shares: Floats, generations: int) -> Floats:
-    """Return the probabilities of the genotypes [genotype] after a number of generations."""
+    """Return the probabilities of the genotypes after a number of generations.
+
+    Parameters
+    ----------
+    chain : sparse array
+        Probabilities, [genotype, next genotype].
+    shares : array
+        Probability of each genotype at the start, [genotype].
+    generations : int
+        Number of generations.
+
+    Returns
+    -------
+    array
+        Probability of each genotype at the end, [genotype].
+    """
     transposed = sparse.csr_array(chain.T)
     for _ in range(generations):
         shares = transposed @ shares

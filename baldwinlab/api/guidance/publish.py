@@ -40,7 +40,7 @@ from baldwinlab.api.cells import read_digests
 from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
-from baldwinlab.papers.guidance_design import DESIGN_FILE, Group, GuidanceDesign
+from baldwinlab.papers.guidance_design import DESIGN_FILE, GuidanceDesign, GuidanceGroup
 
 PAGE_FILE: Final = "what-guides.html"
 TABLE_FILE: Final = "what-guides.csv"
@@ -57,7 +57,7 @@ EQUAL: Final = "equal in every run"
 QUICK_NOTE: Final = "This is the quick form: it has too few runs for verdicts, and shows none."
 
 
-class Part(NamedTuple):
+class ReportPart(NamedTuple):
     """Groups that the page and the article show together, after the same common generations."""
 
     title: str
@@ -80,19 +80,19 @@ class GuidanceResults:
         """Sentences with the verdicts, or the note of the quick form."""
         return " ".join(describe_claims(self.predictions)) or QUICK_NOTE
 
-    def find_group(self, name: str) -> Group:
+    def find_group(self, name: str) -> GuidanceGroup:
         """Return the design of a group."""
         return next(group for group in self.design.groups if group.name == name)
 
-    def list_parts(self) -> list[Part]:
+    def list_parts(self) -> list[ReportPart]:
         """Return the NK landscapes, the groups with a law, and the other models."""
         names = [*self.groups]
         landscapes = [name for name in names if name in (NK, LARGE)]
         others = [name for name in names if name not in (NK, LARGE, CHAIN)]
         return [
-            Part("NK landscapes", landscapes, NK_HORIZON),
-            Part(self.find_group(CHAIN).title, [CHAIN], NK_HORIZON),
-            Part("Other models", others, MODEL_HORIZON),
+            ReportPart("NK landscapes", landscapes, NK_HORIZON),
+            ReportPart(self.find_group(CHAIN).title, [CHAIN], NK_HORIZON),
+            ReportPart("Other models", others, MODEL_HORIZON),
         ]
 
 
@@ -199,7 +199,7 @@ def _draw_parts(results: GuidanceResults) -> list[ReportFigure]:
     ]
 
 
-class EffectTable(NamedTuple):
+class ArmTable(NamedTuple):
     """Effects of cells with the same arms. A row has the name of a cell, and the effects."""
 
     caption: str
@@ -207,7 +207,7 @@ class EffectTable(NamedTuple):
     rows: Sequence[Sequence[str]]
 
 
-def list_tables(results: GuidanceResults, part: Part) -> list[EffectTable]:
+def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
     """Return a table per start of the common generations, with the arms of any of the groups."""
     cells_of_groups = [results.groups[name] for name in part.names]
     arms = list(dict.fromkeys(arm for cells in cells_of_groups for arm in _name_arms(cells)))
@@ -221,7 +221,7 @@ def list_tables(results: GuidanceResults, part: Part) -> list[EffectTable]:
         ]
         if rows:
             caption = f"{part.title}, {part.horizon} common generations from {words}"
-            tables.append(EffectTable(caption, arms, rows))
+            tables.append(ArmTable(caption, arms, rows))
     return tables
 
 

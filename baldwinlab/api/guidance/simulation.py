@@ -20,7 +20,7 @@ from baldwinlab.analysis.guidance.effects import (
     LEARNING,
     name_costly,
 )
-from baldwinlab.analysis.theory.landscape_chain import Walker, advance, make_chain
+from baldwinlab.analysis.theory.landscape_chain import ChainSettings, advance, make_chain
 from baldwinlab.evolution import Genome, make_founders, make_run_keys
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import Simulator
@@ -165,10 +165,10 @@ def _predict(cell: Cell, seed: int, run: int) -> npt.NDArray[np.float64]:
     model = experiment.model_part
     fitness = landscape(seed, run, model.bits, model.k)
     founder = read_bits(make_founders(experiment, make_run_keys(seed, [run], 0)))[0, 0]
-    walker = Walker(experiment.population.size, experiment.evolution.mutation_rate)
-    off = make_chain(fitness, walker)
+    settings = ChainSettings(experiment.population.size, experiment.evolution.mutation_rate)
+    off = make_chain(fitness, settings)
     expected = []
-    for chain in (make_chain(fitness, walker._replace(trials=model.trials)), off):
+    for chain in (make_chain(fitness, settings._replace(trials=model.trials)), off):
         shares = np.zeros(fitness.size)
         shares[founder] = 1
         shares = advance(chain, shares, experiment.evolution.generations - 1)

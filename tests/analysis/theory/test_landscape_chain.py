@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.analysis.theory.landscape_chain import (
-    Walker,
+    ChainSettings,
     advance,
     compute_advantages,
     compute_fixation,
@@ -79,7 +79,7 @@ def test_fixation_equals_powers_of_the_matrix_of_sampling(agents: int) -> None:
 
 
 def test_the_chain_equals_powers_of_a_matrix_built_string_by_string() -> None:
-    walker = Walker(agents=20, mutation_rate=0.001, trials=2)
+    settings = ChainSettings(agents=20, mutation_rate=0.001, trials=2)
     matrix = np.zeros((2**BITS, 2**BITS))
     advantages = compute_advantages(FITNESS, 2)
     for string, bit in product(range(2**BITS), range(BITS)):
@@ -87,7 +87,7 @@ def test_the_chain_equals_powers_of_a_matrix_built_string_by_string() -> None:
         fixation = float(compute_fixation(advantages[string, bit], 20))
         matrix[string, list_neighbors(BITS)[string, bit]] = single_mutants * fixation
     matrix += np.diag(1 - matrix.sum(axis=1))
-    chain = make_chain(FITNESS, walker)
+    chain = make_chain(FITNESS, settings)
     assert np.allclose(chain.toarray(), matrix)
     start = np.zeros(2**BITS)
     start[5] = 1
@@ -95,10 +95,10 @@ def test_the_chain_equals_powers_of_a_matrix_built_string_by_string() -> None:
     assert np.allclose(advance(chain, start, 300), expected)
 
 
-def simulate_substitutions(walker: Walker, start: int, generations: int) -> Floats:
+def simulate_substitutions(settings: ChainSettings, start: int, generations: int) -> Floats:
     """Return the shares of the genotypes of 4,000 populations, each change drawn at random."""
     generator = np.random.default_rng(8)
-    matrix = make_chain(FITNESS, walker).toarray().cumsum(axis=1)
+    matrix = make_chain(FITNESS, settings).toarray().cumsum(axis=1)
     strings = np.full(4000, start)
     for _ in range(generations):
         strings = (matrix[strings] < generator.uniform(size=(strings.size, 1))).sum(axis=1)
@@ -106,17 +106,17 @@ def simulate_substitutions(walker: Walker, start: int, generations: int) -> Floa
 
 
 def test_the_chain_agrees_with_simulated_substitutions() -> None:
-    walker = Walker(agents=20, mutation_rate=0.002)
+    settings = ChainSettings(agents=20, mutation_rate=0.002)
     start = np.zeros(2**BITS)
     start[5] = 1
-    simulated = simulate_substitutions(walker, 5, 100)
-    assert np.abs(advance(make_chain(FITNESS, walker), start, 100) - simulated).max() < 0.03
+    simulated = simulate_substitutions(settings, 5, 100)
+    assert np.abs(advance(make_chain(FITNESS, settings), start, 100) - simulated).max() < 0.03
 
 
 def test_populations_without_mutation_stay_and_all_climb_to_a_single_peak() -> None:
     peak = np.array([bin(string).count("1") for string in range(2**BITS)], np.float64)
     start = np.eye(2**BITS)[0]
-    still = advance(make_chain(peak, Walker(50, 0.0)), start, 100)
+    still = advance(make_chain(peak, ChainSettings(50, 0.0)), start, 100)
     assert still[0] == 1
-    final = advance(make_chain(peak, Walker(50, 0.001)), start, 5000)
+    final = advance(make_chain(peak, ChainSettings(50, 0.001)), start, 5000)
     assert final[-1] > 0.999

@@ -23,7 +23,12 @@ from baldwinlab.api.guidance.simulation import count_generations, list_arms, mea
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.models.nk_climbers import landscape
-from baldwinlab.papers.guidance_design import Group, GuidanceDesign, list_cells, read_guidance
+from baldwinlab.papers.guidance_design import (
+    GuidanceDesign,
+    GuidanceGroup,
+    list_cells,
+    read_guidance,
+)
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import POPULATION, Fork
@@ -32,7 +37,7 @@ OPTIONS = RunOptions(workers=1)
 SMALL = {"population.size": 6, "evolution.generations": 4}
 
 
-def shrink(group: Group) -> Group:
+def shrink(group: GuidanceGroup) -> GuidanceGroup:
     """Return a group of few agents and generations, with two values of each field."""
     settings: dict[str, Any] = {**group.settings, **SMALL}
     if group.preset.startswith("le-2019"):
