@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -32,6 +33,7 @@ from baldwinlab.papers.guidance_design import (
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import POPULATION, Fork
+from tests.commands import Command
 
 OPTIONS = RunOptions(workers=1)
 SMALL = {"population.size": 6, "evolution.generations": 4}
@@ -182,6 +184,15 @@ def test_the_quick_form_has_no_verdict(quick: GuidanceRequest) -> None:
     assert 'class="verdict' not in text
     assert all(f" {verdict}" not in article for verdict in VERDICTS)
     assert not (quick.directory / "claims.json").exists()
+
+
+def test_the_command_writes_no_verdict_in_the_quick_form(
+    quick: GuidanceRequest, command: Command
+) -> None:
+    words = ["--quick", "--runs", "2", "--out", str(quick.directory), "--json"]
+    done = command("reproduce", "what-guides", *words)
+    assert done.code == 0
+    assert json.loads(done.out) == {}
 
 
 def test_the_full_form_has_each_prediction_its_hash_and_each_cell(
