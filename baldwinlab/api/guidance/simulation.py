@@ -32,8 +32,8 @@ from baldwinlab.simulation.noise_controls import Kind, NoiseControl
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
-# Number of runs that are simulated in one batch. The model caches 64 landscapes, which is enough for
-# four threads.
+# Number of runs that are simulated in one batch. The model caches 64 landscapes, enough for four
+# threads.
 RUNS_PER_BATCH: Final = 16
 
 
