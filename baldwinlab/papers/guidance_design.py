@@ -76,7 +76,7 @@ class GuidanceDesign(DeclaredTable):
     """The fields of `design.toml`."""
 
     title: str
-    # Number of the first run. Pilot runs have other seeds, and smaller numbers.
+    # Number of the first run. Pilot runs and the quick form have smaller numbers.
     first_run: int = Field(ge=0)
     # Smallest number of runs in a cell with which a prediction is decided.
     least_runs: int = Field(ge=2)
@@ -84,10 +84,11 @@ class GuidanceDesign(DeclaredTable):
     predictions: tuple[GuidancePrediction, ...] = Field(min_length=1)
 
     def shorten(self) -> GuidanceDesign:
-        """Return the design of `--quick`: fewer cells and runs, and no predictions."""
+        """Return the design of `--quick`: fewer cells, other runs, and no predictions."""
         quick = [group.change_fields(group.quick, group.quick_runs) for group in self.groups]
         groups = tuple(group for group in quick if all(group.fields.values()))
-        return self.model_copy(update={"groups": groups, "predictions": ()})
+        # The first run is another one, so that a quick look shows no confirmatory run.
+        return self.model_copy(update={"groups": groups, "predictions": (), "first_run": 0})
 
     def with_runs(self, runs: int) -> GuidanceDesign:
         """Return the design with this number of runs in all cells."""

@@ -78,6 +78,8 @@ def test_the_quick_form_has_fewer_cells_and_no_predictions() -> None:
     quick: GuidanceDesign = DESIGN.shorten()
     assert quick.predictions == ()
     assert "nk-large" not in {group.name for group in quick.groups}
+    largest = max(group.runs for group in quick.groups)
+    assert quick.first_run + largest < DESIGN.first_run
     cells = [cell for group in quick.groups for cell in list_cells(group)]
     assert len(cells) < 20
     assert {group.runs for group in DESIGN.with_runs(7).groups} == {7}
