@@ -34,6 +34,7 @@ SLOW_PAGES = {
     "docs/explanation/gallery.md",
     "docs/explanation/multiverse.md",
     "docs/explanation/species.md",
+    "docs/explanation/what-guides.md",
     "docs/how-to/births-and-deaths.md",
     "docs/how-to/clusters.md",
     "docs/how-to/experiment-file.md",

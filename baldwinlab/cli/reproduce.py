@@ -9,6 +9,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.atlas.publish import publish_atlas, write_article
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
+from baldwinlab.api.guidance.publish import publish_guidance
+from baldwinlab.api.guidance.run import GuidanceRequest, run_guidance
 from baldwinlab.api.reproduce import Reproduction, reproduce_all, run_reproduction
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
@@ -30,12 +32,14 @@ from baldwinlab.papers import DEFAULT_PAPER, load
 from baldwinlab.papers.paper import STANDARD_VARIANT
 
 ATLAS: Final = "atlas"
+GUIDANCE: Final = "what-guides"
 
 
 PaperName = Annotated[
     str,
     Parameter(
-        help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
+        help="A paper, see `baldwinlab list papers`; the folder of a custom paper; atlas; or "
+        "what-guides."
     ),
 ]
 AllPapers = Annotated[bool, Parameter(name="--all", help="Reproduce all papers, and compare them.")]
@@ -85,7 +89,8 @@ def reproduce(
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
     With --all, every paper is reproduced, and gallery.html compares them. With `atlas`, the maps of
-    the atlas are simulated: when does learning become innate? With --set, --generations
+    the atlas are simulated: when does learning become innate? With `what-guides`, learning is
+    compared with noise and with time: what leads to better genomes? With --set, --generations
     or --steps the model differs from the paper, and all results mark this. Stored runs are not
     repeated: the same command resumes an interrupted study.
 
@@ -95,10 +100,13 @@ def reproduce(
     """
     load_parts(part)
     console.reserve_stdout(json)
-    if paper == ATLAS and not all_papers:
-        _require_plain_atlas(assignments, variant, generations, steps, options)
-        directory = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))
-        _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
+    if paper in (ATLAS, GUIDANCE) and not all_papers:
+        _require_own_settings(paper, assignments, variant, generations, steps, options)
+        directory = Path(out or Path("results") / (f"{paper}-quick" if quick else paper))
+        if paper == ATLAS:
+            _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
+        else:
+            _reproduce_guidance(GuidanceRequest(directory, seed, runs, quick), options)
         if json:
             print_claims(directory)
         return
@@ -134,6 +142,12 @@ def _reproduce_atlas(request: AtlasRequest, options: RunOptions) -> None:
     console.info(str(write_article(results, request.directory)))
 
 
+def _reproduce_guidance(request: GuidanceRequest, options: RunOptions) -> None:
+    """Simulate the missing cells, and write the page, article and table."""
+    run_guidance(request, options)
+    publish_guidance(request)
+
+
 def _require_options_of_all_papers(paper: str, assignments: list[str] | None, variant: str) -> None:
     """Raise RefusedError for a paper, and for options that apply to one paper only."""
     if paper != DEFAULT_PAPER:
@@ -150,14 +164,15 @@ def _require_options_of_all_papers(paper: str, assignments: list[str] | None, va
         )
 
 
-def _require_plain_atlas(
+def _require_own_settings(
+    study: str,
     assignments: list[str] | None,
     variant: str,
     generations: int | None,
     steps: int | None,
     options: RunOptions,
 ) -> None:
-    """Raise RefusedError for options that the atlas does not use: its maps define the models."""
+    """Raise RefusedError for options of papers: the design of this study defines the models."""
     given = {
         "--set": assignments,
         "--variant": variant != STANDARD_VARIANT,
@@ -169,6 +184,6 @@ def _require_plain_atlas(
     unused = [option for option, value in given.items() if value]
     if unused:
         raise RefusedError(
-            f"{', '.join(unused)} applies to a paper; {ATLAS} has its own settings. Allowed are "
+            f"{', '.join(unused)} applies to a paper; {study} has its own settings. Allowed are "
             "--runs, --seed, --out, --quick, --workers, --executor and --force"
         )

@@ -43,7 +43,7 @@ def print_gallery(folder: Path, page: Path) -> None:
 
 
 def print_claims(folder: Path) -> None:
-    """Print the claims of an atlas as JSON."""
+    """Print the claims of an atlas, or of the study what-guides, as JSON."""
     console.print_json(_read_files(folder, {"claims": "claims.json"}))
 
 

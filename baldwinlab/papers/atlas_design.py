@@ -10,7 +10,6 @@ claims.toml       the present rules of these claims
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +17,7 @@ from typing import Any, Final
 from pydantic import Field
 
 from baldwinlab.core.names import ATLAS_CLAIM, MAP_NAME
-from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
+from baldwinlab.papers.loading import DeclaredTable, digest_folder, read_tables, validate_tables
 
 FOLDER: Final = Path(__file__).with_name("atlas")
 DESIGN_FILE: Final = "atlas.toml"
@@ -134,4 +133,4 @@ def digest_atlas(design: AtlasDesign) -> dict[str, str]:
     """Return the SHA-256 of each file of the atlas, by the name of the file."""
     names = [DESIGN_FILE, CLAIMS_FILE, REGISTERED_FILE]
     names += [atlas_map.sweep_file.name for atlas_map in design.maps]
-    return {name: hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() for name in names}
+    return digest_folder(FOLDER, names)

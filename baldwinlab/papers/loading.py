@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -48,6 +50,11 @@ def read_tables(path: Path) -> dict[str, Any]:
         raise PaperError(f"{path} is not TOML: {error}") from None
     except ValueError as error:
         raise PaperError(f"{path} cannot be read: {error}") from None
+
+
+def digest_folder(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the SHA-256 of files of a folder, by the name of the file."""
+    return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
 
 
 def validate_tables(

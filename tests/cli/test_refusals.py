@@ -51,6 +51,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         ("reproduce atlas --steps 3", "--steps applies to a paper; atlas has its own settings"),
         (
+            "reproduce what-guides --generations 3",
+            "--generations applies to a paper; what-guides has its own settings",
+        ),
+        (
             "reproduce atlas --checkpoint 30s --backend cpu",
             "--backend, --checkpoint applies to a paper; atlas has its own settings",
         ),

@@ -45,7 +45,7 @@ class MeanInterval(NamedTuple):
         return f"{self.mean:.3g} [{self.low:.3g}, {self.high:.3g}]"
 
 
-def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
+def estimate_mean(values: xr.DataArray | Floats, level: float = CONFIDENCE_LEVEL) -> MeanInterval:
     """Return the mean of the defined values of runs, with its interval (Student's t)."""
     defined = np.asarray(values, np.float64).ravel()
     defined = defined[np.isfinite(defined)]
@@ -55,7 +55,7 @@ def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
     if defined.size == 1:
         return MeanInterval(mean, np.nan, np.nan, 1)
     error = defined.std(ddof=1) / np.sqrt(defined.size)
-    half = float(error * stats.t.ppf((1 + CONFIDENCE_LEVEL) / 2, defined.size - 1))
+    half = float(error * stats.t.ppf((1 + level) / 2, defined.size - 1))
     return MeanInterval(mean, mean - half, mean + half, defined.size)
 
 

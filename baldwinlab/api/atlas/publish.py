@@ -5,7 +5,6 @@ Every number in the article is computed from stored results.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -52,6 +51,7 @@ from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.results.verdicts import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
+from baldwinlab.api.cells import read_digests
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically, write_json
@@ -63,7 +63,6 @@ from baldwinlab.papers.atlas_design import (
     digest_atlas,
     read_atlas,
 )
-from baldwinlab.papers.design import FROZEN_FILE
 
 PAGE_FILE: Final = "atlas.html"
 TABLE_FILE: Final = "atlas.csv"
@@ -137,9 +136,9 @@ def read_results(request: AtlasRequest) -> AtlasResults:
         if request.is_quick
         else evaluate_claims(design.claims, confirmatory)
     )
-    digests = json.loads((request.directory / FROZEN_FILE).read_text("utf-8"))
     # The claims are registered before any atlas, so the digest of this file is always the same.
-    digests[REGISTERED_FILE] = digest_atlas(design)[REGISTERED_FILE]
+    registered = {REGISTERED_FILE: digest_atlas(design)[REGISTERED_FILE]}
+    digests = read_digests(request.directory) | registered
     return AtlasResults(design, maps, results, digests, size.exploration_runs, request.seed)
 
 
@@ -164,7 +163,7 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
     write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
     for result in results.maps:
         write_atomically(folder / f"{result.name}.nc", to_bytes(_encode_labels(result.outcomes)))
-    write_json(folder / CLAIM_RESULTS_FILE, [_claim_record(result) for result in results.claims])
+    write_json(folder / CLAIM_RESULTS_FILE, [record_claim(result) for result in results.claims])
     figures = folder / "figures"
     console.info("drawing the figures")
     sections = [
@@ -187,7 +186,8 @@ def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
     return outcomes.assign_attrs(attributes)
 
 
-def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
+def record_claim(result: AtlasClaimResult) -> dict[str, Any]:
+    """Return the result of a claim for a JSON file."""
     claim, evaluation = result
     return {
         "id": claim.id,
@@ -247,7 +247,7 @@ def collect_points(result: MapResults) -> LawPoints:
 def _render_claims(results: AtlasResults) -> str:
     return render(
         "atlas/claims.html",
-        claims=_tabulate_claims(results.claims),
+        claims=tabulate_claims("Claims of the atlas", results.claims),
         claims_file=CLAIMS_FILE,
         digest=results.digests[CLAIMS_FILE],
         registered_file=REGISTERED_FILE,
@@ -255,7 +255,8 @@ def _render_claims(results: AtlasResults) -> str:
     )
 
 
-def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
+def tabulate_claims(label: str, results: Sequence[AtlasClaimResult]) -> Table:
+    """Return the table of claims with their verdicts. `label`: name for screen readers."""
     rows = []
     for claim, evaluation in results:
         name = Markup("<strong>{}.</strong> {}").format(claim.id, claim.claim)
@@ -263,7 +264,7 @@ def _tabulate_claims(results: Sequence[AtlasClaimResult]) -> Table:
         cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
         rows.append((heading, [cells]))
     columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
-    return Table("Claims of the atlas", columns, rows, "claims")
+    return Table(label, columns, rows, "claims")
 
 
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:

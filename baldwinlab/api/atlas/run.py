@@ -7,44 +7,35 @@ DIR/frozen.json     SHA-256 of the files of the atlas at the first start
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import tomlkit
 
-from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
+from baldwinlab.api.cells import cell_path, freeze_design, read_cell, simulate_cells
 from baldwinlab.api.run_options import AssayOptions
-from baldwinlab.api.run_study import RemainingTime, report_progress_on_error
-from baldwinlab.core import console
+from baldwinlab.api.run_study import RemainingTime
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import ASSAY_FILE, read_bytes
-from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.records import select_record
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.backends.choice import CPU, Backend
+from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.papers.atlas_design import AtlasDesign, AtlasMap, Size, digest_atlas, read_atlas
-from baldwinlab.papers.design import FROZEN_FILE
-from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import LIFE_KINDS, Sample, assimilation, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
-from baldwinlab.studies.executors import describe_workers
-from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import Sweep, read_sweep
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, label_points
@@ -53,7 +44,6 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, labe
 N_INTERVALS = 20
 # Largest number of agents, of all generations, in a group of runs, which limits the memory.
 MAX_RECORDED_AGENTS = 4_000_000
-CELL_FOLDER: Final = "cells"
 
 
 class CellTask(NamedTuple):
@@ -61,6 +51,15 @@ class CellTask(NamedTuple):
 
     experiment: Experiment
     runs: tuple[int, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the cell."""
+        return str(self.experiment.name)
+
+    def identify(self, seed: int) -> dict[str, str]:
+        """Return the attributes that identify the values of the cell."""
+        return {"experiment": to_toml(self.experiment), "seed": str(seed)}
 
     @property
     def experiments(self) -> tuple[BaseExperiment, ...]:
@@ -210,7 +209,7 @@ class PlannedMap:
 
     def path(self, cell: str) -> Path:
         """Return the file of the values of a cell."""
-        return self.directory / CELL_FOLDER / f"{cell}.nc"
+        return cell_path(self.directory, cell)
 
     def find_missing(self, seed: int) -> list[CellTask]:
         """Return the tasks of the cells whose values are not stored."""
@@ -220,24 +219,7 @@ class PlannedMap:
 
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
         """Return the values of a cell, or None if missing, damaged or of other settings."""
-        path = self.path(cell.name)
-        try:
-            raw = read_bytes(path, ASSAY_FILE)
-            verify_checksum(raw)
-            data = from_bytes(raw)
-        except FileNotFoundError:
-            return None
-        except (DamagedError, ValueError, OSError) as error:
-            console.warn(f"{path} cannot be read: {error}; the cell is simulated again")
-            return None
-        identity = _identify(cell, seed)
-        is_same = all(data.attrs.get(name) == value for name, value in identity.items())
-        return data if is_same and tuple(data["run"].values.tolist()) == self.runs else None
-
-
-def _identify(cell: Experiment, seed: int) -> dict[str, str]:
-    """Return the attributes that identify the values of a cell."""
-    return {"experiment": to_toml(cell), "seed": str(seed)}
+        return read_cell(self.path(cell.name), CellTask(cell, self.runs).identify(seed), self.runs)
 
 
 def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
@@ -254,14 +236,14 @@ def _run_maps(
     request: AtlasRequest, options: AssayOptions, design: AtlasDesign, maps: list[PlannedMap]
 ) -> list[PlannedMap]:
     studies = [_open_map(planned, request.seed) for planned in maps]
-    _freeze_design(request.directory, design)
+    freeze_design(request.directory, digest_atlas(design))
     missing = [planned.find_missing(request.seed) for planned in maps]
     # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
     clock = RemainingTime(list(map(len, missing)), "cells")
     for planned, study, tasks in zip(maps, studies, missing, strict=True):
         clock.announce(planned.atlas_map.title)
         if tasks:
-            _run_cells(planned, study, tasks, options)
+            simulate_cells(study, tasks, len(planned.cells), options)
     return maps
 
 
@@ -289,44 +271,6 @@ def _open_map(planned: PlannedMap, seed: int) -> StudyStore:
     tables = sweep.model_dump(by_alias=True, exclude_defaults=True)
     write_atomically(planned.directory / SWEEP_FILE_NAME, tomlkit.dumps(tables).encode())
     return study
-
-
-def _freeze_design(directory: Path, design: AtlasDesign) -> None:
-    """Store the SHA-256 of the files of the atlas at the first start."""
-    path = directory / FROZEN_FILE
-    if not path.exists():
-        write_atomically(path, json.dumps(digest_atlas(design), indent=2).encode())
-
-
-def _run_cells(
-    planned: PlannedMap, study: StudyStore, tasks: Sequence[CellTask], options: AssayOptions
-) -> None:
-    executor = options.make_executor()
-    console.info_once(describe_workers(executor, executor.workers, len(tasks)))
-    compile_experiments(
-        (experiment for task in tasks for experiment in task.experiments), log=console.info
-    )
-    n_missing = len(tasks)
-
-    def store(task: CellTask, values: xr.Dataset) -> None:
-        nonlocal n_missing
-        identity = _identify(task.experiment, study.seed)
-        labeled = values.assign_attrs(identity, baldwinlab=__version__)
-        path = planned.path(task.experiment.name)
-        write_in_study(study.directory, path, to_bytes(labeled))
-        n_missing -= 1
-
-    def describe_stored() -> str:
-        n_cells = len(planned.cells)
-        return f"{n_cells - n_missing} of {n_cells} cells are stored in {planned.directory}"
-
-    with (
-        report_progress_on_error(planned.directory, describe_stored),
-        console.progress("simulating", sum(task.agent_steps for task in tasks)) as show_progress,
-        closing(executor.run(study, tasks, executor.workers, CPU, store)) as increments,
-    ):
-        for agent_steps in increments:
-            show_progress(agent_steps)
 
 
 def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:

@@ -1,0 +1,1 @@
+"""Results of the study what-guides: effects, predictions and figures."""

@@ -1,0 +1,257 @@
+"""Write the results of the study what-guides: page, figures, table, and an article in Markdown.
+
+Every number is computed from stored cells. The quick form has no predictions and no verdicts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from baldwinlab._version import __version__
+from baldwinlab.analysis.atlas.claims import AtlasClaimResult
+from baldwinlab.analysis.atlas.tables import estimate_mean
+from baldwinlab.analysis.guidance.effects import CONTROL, LEARNING
+from baldwinlab.analysis.guidance.figures import draw_chain, draw_effects, draw_models
+from baldwinlab.analysis.guidance.predictions import (
+    CHAIN,
+    LARGE,
+    NK,
+    add_effects,
+    evaluate_predictions,
+)
+from baldwinlab.analysis.report.sections import (
+    ReportFigure,
+    Section,
+    render,
+    save_and_inline,
+    write_page,
+)
+from baldwinlab.analysis.report.tables import tabulate
+from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
+from baldwinlab.api.atlas.publish import describe_claims, record_claim, tabulate_claims
+from baldwinlab.api.cells import read_digests
+from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
+from baldwinlab.core import console
+from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.papers.guidance_design import DESIGN_FILE, GuidanceDesign, GuidanceGroup
+
+PAGE_FILE: Final = "what-guides.html"
+TABLE_FILE: Final = "what-guides.csv"
+PREDICTIONS_FILE: Final = "claims.json"
+ARTICLE_FILE: Final = "article.md"
+COLUMNS: Final = (
+    *("group", "cell", "arm", "start", "horizon", "mean", "low", "high", "runs", "predicted"),
+)
+# Common generations of the tables, as in the fork assay of the other models.
+NK_HORIZON: Final = 100
+MODEL_HORIZON: Final = 20
+STARTS: Final = {"population": "the population", "mode": "copies of the most frequent genotype"}
+EQUAL: Final = "equal in every run"
+QUICK_NOTE: Final = "This is the quick form: it has too few runs for verdicts, and shows none."
+
+
+class ReportPart(NamedTuple):
+    """Groups that the page and the article show together, after the same common generations."""
+
+    title: str
+    names: Sequence[str]
+    horizon: int
+
+
+@dataclass(frozen=True)
+class GuidanceResults:
+    """The results that the page and the article show."""
+
+    design: GuidanceDesign
+    groups: Mapping[str, xr.Dataset]  # Cells with effects, by name of the group.
+    predictions: Sequence[AtlasClaimResult]
+    digest: str  # SHA-256 of the design at the first start.
+    seed: int
+
+    @property
+    def summary(self) -> str:
+        """Sentences with the verdicts, or the note of the quick form."""
+        return " ".join(describe_claims(self.predictions)) or QUICK_NOTE
+
+    def find_group(self, name: str) -> GuidanceGroup:
+        """Return the design of a group."""
+        return next(group for group in self.design.groups if group.name == name)
+
+    def list_parts(self) -> list[ReportPart]:
+        """Return the NK landscapes, the groups with a law, and the other models."""
+        names = [*self.groups]
+        landscapes = [name for name in names if name in (NK, LARGE)]
+        others = [name for name in names if name not in (NK, LARGE, CHAIN)]
+        return [
+            ReportPart("NK landscapes", landscapes, NK_HORIZON),
+            ReportPart(self.find_group(CHAIN).title, [CHAIN], NK_HORIZON),
+            ReportPart("Other models", others, MODEL_HORIZON),
+        ]
+
+
+def read_results(request: GuidanceRequest) -> GuidanceResults:
+    """Return the results of a finished study."""
+    require_same_design(request.directory)
+    design = request.choose_design()
+    cells = read_groups(request, design)
+    groups = {
+        group.name: add_effects(cells[group.name], is_relative=group.is_relative)
+        for group in design.groups
+    }
+    predictions = evaluate_predictions(design.predictions, groups, design.least_runs)
+    digest = read_digests(request.directory)[DESIGN_FILE]
+    return GuidanceResults(design, groups, predictions, digest, request.seed)
+
+
+def publish_guidance(request: GuidanceRequest) -> GuidanceResults:
+    """Write the page, the figures, the table, the verdicts and the article."""
+    folder = request.directory
+    results = read_results(request)
+    rows = [row for name, cells in results.groups.items() for row in list_rows(name, cells)]
+    write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
+    if results.predictions:
+        records = [record_claim(result) for result in results.predictions]
+        write_json(folder / PREDICTIONS_FILE, records)
+    console.info("drawing the figures")
+    sections = [*_list_sections(results, folder / "figures")]
+    page = folder / PAGE_FILE
+    write_page(results.design.title, results.summary, sections, page, folder / "figures")
+    write_atomically(folder / ARTICLE_FILE, render_article(results).encode())
+    console.info(f"{page}", has_address=True)
+    return results
+
+
+def list_rows(name: str, cells: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield a row of `COLUMNS` per cell, arm, start and horizon: the mean with its interval."""
+    effects = cells["effect"].drop_sel(arm=CONTROL)
+    labels = ("cell", "arm", "start", "horizon")
+    for values in product(*(effects[label].values.tolist() for label in labels)):
+        key = dict(zip(labels, values, strict=True))
+        predicted = None
+        if "predicted" in cells and key["arm"] == LEARNING:
+            expected = cells["predicted"].sel(cell=key["cell"], horizon=key["horizon"]).mean("run")
+            predicted = float(expected.sel(history=LEARNING) - expected.sel(history=CONTROL))
+        interval = replace_undefined(estimate_mean(effects.sel(key))._asdict())
+        yield {"group": name, **key, **interval, "predicted": predicted}
+
+
+def _list_sections(results: GuidanceResults, figures: Path) -> Iterator[Section]:
+    if results.predictions:
+        claims = tabulate_claims("Predictions", results.predictions)
+        body = render(
+            "atlas/claims.html", claims=claims, claims_file=DESIGN_FILE, digest=results.digest
+        )
+        yield Section("predictions", "Predictions", body)
+    for part, figure in zip(results.list_parts(), _draw_parts(results), strict=True):
+        body = render(
+            "guidance/section.html",
+            descriptions=[results.find_group(name).description for name in part.names],
+            figure=save_and_inline(figure, figures),
+            tables=[
+                tabulate(table.caption, ["Cell"], table.columns, table.rows)._replace(
+                    caption=table.caption
+                )
+                for table in list_tables(results, part)
+            ],
+        )
+        yield Section(figure.name, part.title, body)
+
+
+def _draw_parts(results: GuidanceResults) -> list[ReportFigure]:
+    """Return the figure of each part."""
+    landscapes, chain, models = results.list_parts()
+    return [
+        ReportFigure(
+            name="effects",
+            title=landscapes.title,
+            caption="Innate fitness of an arm minus that of the control, with the 95 % interval of "
+            "the mean over landscapes. The axes that a panel does not show are at K = 5, 30 "
+            "trials, 100 agents and 100 common generations.",
+            alternative="Effects of learning, noise and time by K, trials, agents and generations.",
+            figure=draw_effects([results.groups[name] for name in landscapes.names]),
+        ),
+        ReportFigure(
+            name="chain",
+            title=chain.title,
+            caption="Effect of learning with the 95 % interval over landscapes (points), and the "
+            "prediction of the Markov chain for the same landscapes (line). Nothing is fitted.",
+            alternative="Measured effect of learning and the Markov chain, by generations.",
+            figure=draw_chain(results.groups[CHAIN]),
+        ),
+        ReportFigure(
+            name="models",
+            title=models.title,
+            caption=f"Effect after {models.horizon} common generations, divided by the higher "
+            "innate fitness of arm and control, with the 95 % interval over runs.",
+            alternative="Relative effects of learning, noise and time in the other models.",
+            figure=draw_models(
+                {results.find_group(name).title: results.groups[name] for name in models.names},
+                models.horizon,
+            ),
+        ),
+    ]
+
+
+class ArmTable(NamedTuple):
+    """Effects of cells with the same arms. A row has the name of a cell, and the effects."""
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
+    """Return a table per start of the common generations, with the arms of any of the groups."""
+    cells_of_groups = [results.groups[name] for name in part.names]
+    arms = list(dict.fromkeys(arm for cells in cells_of_groups for arm in _name_arms(cells)))
+    tables = []
+    for start, words in STARTS.items():
+        rows = [
+            [name, *[_format_effect(cells, name, arm, start, part.horizon) for arm in arms]]
+            for cells in cells_of_groups
+            for name in cells["cell"].values.tolist()
+            if start in cells["start"]
+        ]
+        if rows:
+            caption = f"{part.title}, {part.horizon} common generations from {words}"
+            tables.append(ArmTable(caption, arms, rows))
+    return tables
+
+
+def _name_arms(cells: xr.Dataset) -> list[str]:
+    arms: list[str] = cells["arm"].values.tolist()
+    return [arm for arm in arms if arm != CONTROL]
+
+
+def _format_effect(cells: xr.Dataset, name: str, arm: str, start: str, horizon: int) -> str:
+    if arm not in cells["arm"]:
+        return "–"
+    effects = cells["effect"].sel(cell=name, arm=arm, start=start, horizon=horizon)
+    return EQUAL if bool((effects == 0).all()) else str(estimate_mean(effects))
+
+
+def render_article(results: GuidanceResults) -> str:
+    """Return the article as Markdown."""
+    environment = Environment(
+        loader=PackageLoader("baldwinlab.analysis", ""),
+        autoescape=False,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("guidance/article.md").render(
+        design=results.design,
+        summary=results.summary,
+        results=results.predictions,
+        tables=[table for part in results.list_parts() for table in list_tables(results, part)],
+        seed=results.seed,
+        digest=results.digest,
+        version=__version__,
+    )

@@ -1,0 +1,170 @@
+"""Run the study what-guides: the missing cells of all groups, in one study.
+
+DIR/cells/*.nc      innate fitness of each cell
+DIR/frozen.json     SHA-256 of the design at the first start
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from baldwinlab.api.cells import (
+    cell_path,
+    freeze_design,
+    read_cell,
+    read_digests,
+    simulate_cells,
+)
+from baldwinlab.api.guidance.simulation import (
+    RUNS_PER_BATCH,
+    count_generations,
+    list_arms,
+    measure_runs,
+)
+from baldwinlab.api.run_options import AssayOptions
+from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.numbers import require_whole_number
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.papers.guidance_design import (
+    Cell,
+    GuidanceDesign,
+    digest_guidance,
+    list_cells,
+    read_guidance,
+)
+from baldwinlab.studies.creation import create_study, remove_if_refused
+
+
+class GuidanceTask(NamedTuple):
+    """Task that simulates the runs of a cell."""
+
+    cell: Cell
+    runs: tuple[int, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the cell."""
+        return self.cell.name
+
+    def identify(self, seed: int) -> dict[str, str]:
+        """Return the attributes that identify the values of the cell."""
+        measured = self.cell.group.model_dump(
+            include={"horizons", "noise", "noise_presets", "starts", "costs", "settings", "has_law"}
+        )
+        return {
+            "experiment": to_toml(self.cell.learner),
+            "seed": str(seed),
+            "measured": json.dumps({**measured, "evaluations": self.cell.evaluations}),
+        }
+
+    @property
+    def experiments(self) -> tuple[BaseExperiment, ...]:
+        """The experiments of all arms."""
+        return tuple(arm.experiment for arm in list_arms(self.cell))
+
+    @property
+    def agent_steps(self) -> int:
+        """Number of agent-steps of all arms, as if every lifetime were that of a learner."""
+        return len(self.runs) * count_generations(self.cell) * self.cell.learner.agent_steps
+
+    def run(
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
+    ) -> xr.Dataset:
+        """Return the values of all runs, from `measure_runs`."""
+        parts = []
+        for first in range(0, len(self.runs), RUNS_PER_BATCH):
+            runs = self.runs[first : first + RUNS_PER_BATCH]
+            steps = len(runs) * self.cell.learner.agent_steps
+            parts.append(measure_runs(self.cell, seed, runs, partial(report_progress, steps)))
+        return xr.concat(parts, "run")
+
+
+@dataclass(frozen=True)
+class GuidanceRequest:
+    """A study to run."""
+
+    directory: Path
+    seed: int = 0
+    runs: int | None = None  # Number of runs of each cell. None: as in the design.
+    is_quick: bool = False  # Whether to run the short form, without verdicts.
+
+    def choose_design(self) -> GuidanceDesign:
+        """Return the design, with its cells and runs changed as requested."""
+        design = read_guidance()
+        design = design.shorten() if self.is_quick else design
+        if self.runs is None:
+            return design
+        require_whole_number("runs", self.runs)
+        if self.runs < 2:
+            raise ArgumentError("runs", self.runs, "must be at least 2")
+        return design.with_runs(self.runs)
+
+
+def plan_tasks(design: GuidanceDesign) -> list[GuidanceTask]:
+    """Return the tasks of all cells."""
+    return [
+        GuidanceTask(cell, tuple(range(design.first_run, design.first_run + group.runs)))
+        for group in design.groups
+        for cell in list_cells(group)
+    ]
+
+
+def run_guidance(request: GuidanceRequest, options: AssayOptions) -> None:
+    """Run the missing cells. A repeated call continues, if the design is the same."""
+    require_whole_number("seed", request.seed)
+    options.make_executor()  # Refuses an invalid executor before a file is written.
+    tasks = plan_tasks(request.choose_design())
+    with remove_if_refused(request.directory):
+        learners = [task.cell.learner for task in tasks]
+        study = create_study(request.directory, learners, request.seed)
+        freeze_design(request.directory, digest_guidance())
+        require_same_design(request.directory)
+        missing = [task for task in tasks if _read(request, task) is None]
+        console.info(f"{len(missing)} of {len(tasks)} cells are to be simulated")
+        # Long tasks begin first, so that all workers end at about the same time.
+        missing.sort(key=lambda task: task.agent_steps, reverse=True)
+        if missing:
+            simulate_cells(study, missing, len(tasks), options)
+
+
+def require_same_design(directory: Path) -> None:
+    """Raise RefusedError if the design differs from that at the first start of the study."""
+    if read_digests(directory) != digest_guidance():
+        raise RefusedError(
+            f"{directory}: the design has changed since this study began, so its predictions would "
+            "not be registered before its runs; choose another --out"
+        )
+
+
+def _read(request: GuidanceRequest, task: GuidanceTask) -> xr.Dataset | None:
+    path = cell_path(request.directory, task.name)
+    return read_cell(path, task.identify(request.seed), task.runs)
+
+
+def read_groups(request: GuidanceRequest, design: GuidanceDesign) -> Mapping[str, xr.Dataset]:
+    """Return the values of all cells (cell, run, arm, start, horizon) of each group, by name."""
+    groups: dict[str, list[xr.Dataset]] = {group.name: [] for group in design.groups}
+    for task in plan_tasks(design):
+        data = _read(request, task)
+        if data is None:
+            raise RefusedError(
+                f"{cell_path(request.directory, task.name)} is missing; "
+                "`baldwinlab reproduce what-guides` simulates it"
+            )
+        labels = {field: ("cell", [value]) for field, value in task.cell.values.items()}
+        expanded = data.expand_dims(cell=[task.name])
+        groups[task.cell.group.name].append(expanded.assign_coords(labels))
+    return {name: _stack(cells) for name, cells in groups.items()}
+
+
+def _stack(cells: Sequence[xr.Dataset]) -> xr.Dataset:
+    return xr.concat(cells, "cell", combine_attrs="drop")

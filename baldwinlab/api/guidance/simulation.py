@@ -1,0 +1,183 @@
+"""Simulation of a cell: evolution of all arms, then common generations without learning.
+
+An arm is a condition with the same founders and random numbers as the learner. All arms evolve, and
+their genomes then evolve further without learning. `innate` is the mean fitness of the agents after
+these common generations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.analysis.guidance.effects import (
+    CONTROL,
+    EQUAL_EVALUATIONS,
+    LEARNING,
+    name_costly,
+)
+from baldwinlab.analysis.theory.landscape_chain import ChainSettings, advance, make_chain
+from baldwinlab.evolution import Genome, make_founders, make_run_keys
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.models import Simulator
+from baldwinlab.models.kit import read_bits
+from baldwinlab.models.nk_climbers import landscape
+from baldwinlab.papers.guidance_design import Cell
+from baldwinlab.simulation.generations import iterate_generations
+from baldwinlab.simulation.noise_controls import Kind, NoiseControl
+from baldwinlab.studies.assays import Sample
+from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
+
+# Number of runs that are simulated in one batch. The model caches 64 landscapes, enough for four
+# threads.
+RUNS_PER_BATCH: Final = 16
+
+
+class Arm(NamedTuple):
+    """A condition of a cell."""
+
+    name: str
+    experiment: BaseExperiment
+    # The arm has as many lifetimes as this number of generations of the learner.
+    repetitions: int = 1
+    # Control of `simulation.noise_controls`, if the simulator has one.
+    noise: Kind | None = None
+
+    @property
+    def last_generation(self) -> int:
+        """Generation with the genomes at the start of the common generations."""
+        return self.repetitions * (self.experiment.evolution.generations - 1)
+
+
+def list_arms(cell: Cell) -> Iterator[Arm]:
+    """Yield the arms of a cell: the control without learning is the first."""
+    control = cell.learner.without_learning()
+    yield Arm(CONTROL, control)
+    if cell.evaluations > 1:
+        yield Arm(EQUAL_EVALUATIONS, control, cell.evaluations)
+    yield from _list_plastic_arms(cell, cell.learner)
+    if cell.group.costs:
+        for arm in _list_plastic_arms(cell, cell.costly_learner):
+            yield arm._replace(name=name_costly(arm.name))
+
+
+def _list_plastic_arms(cell: Cell, learner: BaseExperiment) -> Iterator[Arm]:
+    """Yield a learner, and the arms with noise instead of its learning."""
+    yield Arm(LEARNING, learner)
+    for kind in cell.group.noise:
+        if isinstance(learner, Experiment):
+            yield Arm(kind, learner.replace(learning={"control": kind}))
+        else:
+            yield Arm(kind, learner, noise=kind)
+    for name in cell.group.noise_presets:
+        yield Arm(name, cell.load_noise(name))
+
+
+def count_generations(cell: Cell) -> int:
+    """Return the number of simulated generations of a run, of all arms."""
+    arms = [*list_arms(cell)]
+    n_branches = len(arms) * len(cell.group.starts)
+    return sum(arm.last_generation + 1 for arm in arms) + n_branches * (_last_horizon(cell) + 1)
+
+
+def _last_horizon(cell: Cell) -> int:
+    return max(cell.group.horizons)
+
+
+def measure_runs(
+    cell: Cell, seed: int, runs: Sequence[int], report_generation: Callable[[], None]
+) -> xr.Dataset:
+    """Return `innate` (run, arm, start, horizon), with `predicted` if the group has a law.
+
+    `report_generation`: called after each simulated generation.
+    """
+    control = cell.learner.without_learning()
+    no_directory: Any = None  # `fit_genomes` reads only the seed, the runs and the experiment.
+    sample = Sample(no_directory, seed, control, (*runs,), (), (), lambda _: None)
+    arms = [*list_arms(cell)]
+    group = cell.group
+    innate = np.empty((len(runs), len(arms), len(group.starts), len(group.horizons)))
+    for arm_index, arm in enumerate(arms):
+        genomes = _evolve(arm, seed, runs, report_generation)
+        for start_index, start in enumerate(group.starts):
+            if start == MODE:
+                genomes = np.stack([copy_mode(population) for population in genomes])
+            innate[:, arm_index, start_index] = _branch(
+                cell, sample, fit_genomes(genomes, sample), report_generation
+            )
+    coordinates = {
+        "run": [*runs],
+        "arm": [arm.name for arm in arms],
+        "start": [*group.starts],
+        "horizon": [*group.horizons],
+    }
+    data = xr.Dataset({"innate": (("run", "arm", "start", "horizon"), innate)}, coordinates)
+    if not group.has_law:
+        return data
+    predicted = np.stack([_predict(cell, seed, run) for run in runs])
+    data = data.assign_coords(history=[LEARNING, CONTROL])
+    return data.assign(predicted=(("run", "history", "horizon"), predicted))
+
+
+def _evolve(
+    arm: Arm, seed: int, runs: Sequence[int], report_generation: Callable[[], None]
+) -> Genome:
+    """Return the genomes of an arm in its last generation, from the founders of the runs."""
+    founders = make_founders(arm.experiment, make_run_keys(seed, runs, 0))
+    simulator: Simulator | None = None
+    if arm.noise:
+        simulator = NoiseControl(arm.experiment, seed, runs, arm.noise)
+    generations = range(arm.last_generation + 1)
+    genomes = founders
+    for generation in iterate_generations(
+        arm.experiment, seed, runs, generations, founders, simulator
+    ):
+        genomes = generation.genomes
+        report_generation()
+    return genomes
+
+
+def _branch(
+    cell: Cell, sample: Sample, genomes: Genome, report_generation: Callable[[], None]
+) -> npt.NDArray[np.float64]:
+    """Return the mean fitness [run, horizon] of genomes that evolve further without learning.
+
+    The generations have the same numbers in all arms, so that they have the same random numbers.
+    """
+    first = sample.experiment.evolution.generations - 1
+    generations = range(first, first + _last_horizon(cell) + 1)
+    means = []
+    for generation in iterate_generations(
+        sample.experiment, sample.seed, sample.runs, generations, genomes
+    ):
+        if generation.number - first in cell.group.horizons:
+            means.append(generation.fitness.mean(axis=1))
+        report_generation()
+    return np.stack(means, axis=1)
+
+
+def _predict(cell: Cell, seed: int, run: int) -> npt.NDArray[np.float64]:
+    """Return the expected innate fitness [history, horizon] by the Markov chain of a landscape."""
+    experiment = cell.learner
+    model = experiment.model_part
+    fitness = landscape(seed, run, model.bits, model.k)
+    founder = read_bits(make_founders(experiment, make_run_keys(seed, [run], 0)))[0, 0]
+    settings = ChainSettings(experiment.population.size, experiment.evolution.mutation_rate)
+    off = make_chain(fitness, settings)
+    expected = []
+    for chain in (make_chain(fitness, settings._replace(trials=model.trials)), off):
+        shares = np.zeros(fitness.size)
+        shares[founder] = 1
+        shares = advance(chain, shares, experiment.evolution.generations - 1)
+        of_history = []
+        generation = 0
+        for horizon in cell.group.horizons:
+            shares = advance(off, shares, horizon - generation)
+            generation = horizon
+            of_history.append(float(fitness @ shares))
+        expected.append(of_history)
+    return np.array(expected)
