@@ -45,8 +45,8 @@ from baldwinlab.studies.executors import (
     THREADS,
     Executor,
     ExecutorError,
+    can_share_threads,
     describe_workers,
-    shares_threads,
 )
 from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
@@ -211,7 +211,7 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
         missing,
         execution.parallel_tasks,
         execution.backend.worlds,
-        shares_threads=shares_threads(execution.executor, execution.backend),
+        has_shared_threads=can_share_threads(execution.executor, execution.backend),
     )
     need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
     require_resources(f"{request.total_runs:,} runs", need, request.directory, force=force)

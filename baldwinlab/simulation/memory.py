@@ -155,25 +155,29 @@ def count_batch_runs(experiment: BaseExperiment, worlds: int) -> int:
     return max(1, n_runs)
 
 
-def can_share_threads(experiment: BaseExperiment, total_runs: int, workers: int) -> bool:
-    """Return whether the blocks of worlds of all runs are enough for the threads of all workers.
+def count_separate_workers(
+    experiment: BaseExperiment, total_runs: int, workers: int, *, has_shared_threads: bool
+) -> int:
+    """Return the number of workers that need their own tasks, to use all cores.
 
-    Then few tasks with many runs use all cores. `total_runs`: the runs of all experiments.
+    It is 1 if all tasks share the threads of one process, and the blocks of worlds of all runs are
+    enough for these threads. `total_runs`: the runs of all experiments.
     """
     has_blocks = (
         isinstance(experiment, Experiment)
         and not experiment.population.species
         and not is_large(experiment, count_worlds(experiment))
     )
-    return has_blocks and total_runs >= BLOCK_WORLDS * workers
+    is_enough = total_runs >= BLOCK_WORLDS * workers
+    return 1 if has_shared_threads and has_blocks and is_enough else workers
 
 
 def count_task_runs(experiment: BaseExperiment, total_runs: int, workers: int, worlds: int) -> int:
     """Return the number of runs of an experiment in a task.
 
     It is the number of runs of a batch, or less if the workers would have less than
-    `TASKS_PER_WORKER` tasks. `total_runs`: the runs of all experiments. `workers`: 1 if the tasks
-    share all threads.
+    `TASKS_PER_WORKER` tasks. `total_runs`: the runs of all experiments. `workers`: the result of
+    `count_separate_workers`.
     """
     min_runs = int(worlds * MIN_SHARE_OF_WORLDS)
     balanced_runs = max(min_runs, total_runs // (workers * TASKS_PER_WORKER))
@@ -240,11 +244,11 @@ def estimate_simulation(experiment: BaseExperiment) -> Need:
 
 
 def estimate_runs(
-    planned: PlannedRuns, workers: int, worlds: int, *, shares_threads: bool = False
+    planned: PlannedRuns, workers: int, worlds: int, *, has_shared_threads: bool = False
 ) -> Need:
     """Estimate the memory and disk space of runs that are simulated in batches and stored.
 
-    `shares_threads`: whether all tasks share the threads of one process.
+    `has_shared_threads`: whether all tasks share the threads of one process.
     """
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
@@ -253,9 +257,9 @@ def estimate_runs(
     tasks = []
     for experiment, n_runs in planned:
         if n_runs:
-            n_workers = workers
-            if shares_threads and can_share_threads(experiment, total_runs, workers):
-                n_workers = 1
+            n_workers = count_separate_workers(
+                experiment, total_runs, workers, has_shared_threads=has_shared_threads
+            )
             task_runs = count_task_runs(experiment, total_runs, n_workers, worlds)
             largest_task = min(total_runs // n_workers or 1, n_runs)
             n_bytes = _task_bytes(experiment, largest_task, worlds)

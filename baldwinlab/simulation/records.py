@@ -126,8 +126,10 @@ def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     data |= _stack_run_arrays([history.stored_run_arrays for history in histories])
     counts = np.array([history.n_generations for history in histories], np.int32)
     data[GENERATION_COUNT] = LabeledArray((RUN_DIM,), counts)
-    saved = stack_padded([np.array([*saved], np.int32) for saved in saved_genomes], NO_GENERATION)
-    data[KEPT_GENERATIONS] = LabeledArray((RUN_DIM, "kept_generation"), saved)
+    saved_generations = [np.array([*genomes_of_run], np.int32) for genomes_of_run in saved_genomes]
+    data[KEPT_GENERATIONS] = LabeledArray(
+        (RUN_DIM, "kept_generation"), stack_padded(saved_generations, NO_GENERATION)
+    )
     if any(history.is_stopped for history in histories):
         stops = [name_stop(history) for history in histories]
         data[STOP_ATTRIBUTE] = LabeledArray((RUN_DIM,), stops)

@@ -13,7 +13,7 @@ from baldwinlab.engine.threads import use_threads
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.memory import can_share_threads, count_task_runs, runs_per_file
+from baldwinlab.simulation.memory import count_separate_workers, count_task_runs, runs_per_file
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
     Interval,
@@ -22,8 +22,8 @@ from baldwinlab.studies.checkpoints import (
 from baldwinlab.studies.executors import (
     THREADS,
     Executor,
+    can_share_threads,
     count_threads_per_task,
-    shares_threads,
 )
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_files import RecordFile, assign_runs
@@ -95,7 +95,7 @@ def plan_tasks(
     checkpoint_interval: Interval = EVERY_MINUTE,
     callback: Callback | None = None,
     *,
-    shares_threads: bool = False,
+    has_shared_threads: bool = False,
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
@@ -105,7 +105,7 @@ def plan_tasks(
 
     - `worlds`: best number of worlds in a batch of the backend.
     - `callback`: called after each generation of a run, in the thread of its task.
-    - `shares_threads`: whether all tasks share the threads of one process, so that few large tasks
+    - `has_shared_threads`: whether all tasks share the threads of one process. Then few large tasks
       use all cores.
     """
     total_runs = sum(len(runs) for runs in missing.values())
@@ -115,9 +115,9 @@ def plan_tasks(
         if not missing_runs:
             continue
         experiment = study.experiments[condition]
-        n_workers = workers
-        if shares_threads and can_share_threads(experiment, total_runs, workers):
-            n_workers = 1
+        n_workers = count_separate_workers(
+            experiment, total_runs, workers, has_shared_threads=has_shared_threads
+        )
         n_runs = count_task_runs(experiment, total_runs, n_workers, worlds)
         n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
         file_size = runs_per_file(experiment)
@@ -186,7 +186,7 @@ def run_study(
         backend.worlds,
         checkpoint_interval,
         callback,
-        shares_threads=shares_threads(executor, backend),
+        has_shared_threads=can_share_threads(executor, backend),
     )
     tasks = [task._replace(observe=observe) for task in tasks]
     # If several threads simulate a large world, the engine compiles other code for this world.

@@ -105,7 +105,7 @@ def test_few_large_tasks_share_the_threads_of_one_process(
 ) -> None:
     long_life = shorten_preset("evo/A").replace(lifetime={"steps": 300_000})
     study = create_study(tmp_path, [long_life], seed=5)
-    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, 16, shares_threads=True)
+    tasks = plan_tasks(study, {"evo/A": list(range(runs))}, 16, has_shared_threads=True)
     assert [len(task.runs) for task in tasks] == sizes
 
 

@@ -153,8 +153,8 @@ def run_on_threads(
 THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)
 
 
-def shares_threads(executor: Executor, backend: Backend) -> bool:
-    """Return whether the tasks share the threads of this process for blocks of worlds."""
+def can_share_threads(executor: Executor, backend: Backend) -> bool:
+    """Return whether all tasks share the threads of this process for blocks of worlds."""
     return executor.name == THREADS.name and backend.name == CPU.name
 
 

@@ -315,16 +315,16 @@ class CpuBatch(PopulationView):
 
 
 def choose_block_runs(experiment: Experiment, n_runs: int, max_worlds: int) -> int:
-    """Return the number of runs in each block, for which the blocks have the fewest lanes."""
+    """Return the number of runs in each block with which a batch has the fewest SIMD blocks."""
     worlds_of_run = experiment.lifetime.repeats * experiment.population.worlds
     max_runs = min(n_runs, max(1, max_worlds // worlds_of_run))
 
-    def count_lanes(block_runs: int) -> int:
+    def count_simd_blocks(block_runs: int) -> int:
         n_lanes = block_runs * worlds_of_run * experiment.agents_per_world
         return math.ceil(n_runs / block_runs) * math.ceil(n_lanes / WIDTH)
 
-    # Blocks of more runs are better if the number of lanes is equal.
-    return min(range(max_runs, max_runs // 2, -1), key=count_lanes)
+    # Of equal counts, the largest block wins, because fewer blocks need fewer calls.
+    return min(range(max_runs, max_runs // 2, -1), key=count_simd_blocks)
 
 
 def make_batch(experiment: Experiment, seed: int, runs: Sequence[int]) -> CpuBatch:
