@@ -35,7 +35,7 @@ KINDS: dict[str, Draw] = {
 def draw_verdicts(draw: Draw, effect: float, n_tables: int) -> list[str]:
     """Return the verdicts on the part "above 0" of tables with effects of cells and of runs."""
     generator = np.random.default_rng(0)
-    verdicts = []
+    verdicts: list[str] = []
     for _ in range(n_tables):
         values = (
             effect

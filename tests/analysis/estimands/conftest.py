@@ -44,6 +44,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Stored]:
         study = bl.run(experiments, runs=4, seed=1, out=folder / paper, workers=1)
         assays = [study.assay(assay, workers=1) for assay in ("innate", "assimilation")]
         for name in conditions:
-            datasets = [values.sel(condition=name) for values in (study.data(), *assays)]
-            data[name] = Stored(*datasets, study.experiment(name))
+            runs, innate, assimilation = (
+                values.sel(condition=name) for values in (study.data(), *assays)
+            )
+            data[name] = Stored(runs, innate, assimilation, study.experiment(name))
     return data

@@ -73,7 +73,7 @@ def test_assimilation_is_the_fall_in_learners_minus_that_in_their_control(
     unset = data.runs["unset"].mean("agent").astype(np.float64)
     first, final = unset[:, :2].mean("generation"), unset[:, -2:].mean("generation")
     learners, control = row.terms["learner"], row.terms["control"]
-    assert learners.values == pytest.approx(np.log(first / final).values, rel=1e-5)
+    assert learners.values == pytest.approx(np.log((first / final).values), rel=1e-5)
     assert list(row.terms) == ["learner", "control", "neutral"]
     assert row.values is not None
     assert row.values.values == pytest.approx((learners - control).values)
