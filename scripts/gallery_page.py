@@ -1,15 +1,18 @@
-"""Write the results of docs/explanation/gallery.md: `python -m scripts.gallery_page FOLDER`.
+"""Write the results of docs/explanation/gallery.md: `python -m scripts.gallery_page A [B]`.
 
-FOLDER has the studies of `baldwinlab reproduce --all --out FOLDER`. No simulation runs.
+The folders A and B have the studies of `baldwinlab reproduce --all --out A` and of the same command
+with another seed. The tables and the picture are those of A. No simulation runs.
 """
 
+import json
 import shutil
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision
+from baldwinlab.analysis.estimands import QUESTIONS
+from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, SystemName
 from baldwinlab.analysis.gallery.summary import (
     CLASSES,
     MIXED,
@@ -18,7 +21,8 @@ from baldwinlab.analysis.gallery.summary import (
     format_effect,
     summarize_questions,
 )
-from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
+from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, OPPOSITE, YES
+from baldwinlab.api.publish.gallery import GALLERY_FILE, PAPERS_FILE, publish_gallery
 from baldwinlab.studies.store import StudyStore
 
 PAGE = Path("docs/explanation/gallery.md")
@@ -102,6 +106,50 @@ def tabulate_papers(summaries: Sequence[QuestionSummary]) -> list[str]:
     return tabulate(headings, rows)
 
 
+def compare_seeds(
+    decisions: Sequence[Decision],
+    claims: Mapping[tuple[str, str], str],
+    other_decisions: Sequence[Decision],
+    other_claims: Mapping[tuple[str, str], str],
+) -> list[str]:
+    """Return the share of verdicts that are equal in two galleries, by question and of claims."""
+    verdicts, other_verdicts = (map_verdicts(rows) for rows in (decisions, other_decisions))
+    pairs: dict[str, list[tuple[str, str]]] = {f"`{question}`": [] for question in QUESTIONS}
+    for (system, question), verdict in verdicts.items():
+        if (system, question) in other_verdicts:
+            pairs[f"`{question}`"].append((verdict, other_verdicts[system, question]))
+    pairs["all questions"] = [pair for compared in pairs.values() for pair in compared]
+    pairs["claims of the papers"] = [
+        (verdict, other_claims[claim]) for claim, verdict in claims.items() if claim in other_claims
+    ]
+    rows = []
+    for name, compared in pairs.items():
+        n_equal = sum(first == second for first, second in compared)
+        n_opposite = sum({*pair} in ({YES, OPPOSITE}, {HOLDS, FAILS}) for pair in compared)
+        share = f"{100 * n_equal / len(compared):.0f} %" if compared else "–"
+        rows.append([name, len(compared), n_equal, share, n_opposite])
+    return tabulate(["verdicts", "compared", "equal", "share", "opposite verdicts"], rows)
+
+
+def map_verdicts(decisions: Sequence[Decision]) -> dict[tuple[SystemName, str], str]:
+    """Return the verdict of each measured question by system and question."""
+    return {
+        (decision.system, decision.estimate.question): decision.measurement.verdict
+        for decision in decisions
+        if decision.measurement
+    }
+
+
+def read_claims(folder: Path) -> dict[tuple[str, str], str]:
+    """Return the verdicts on the claims of the papers of a gallery, by paper and claim."""
+    papers = json.loads((folder / PAPERS_FILE).read_text(encoding="utf-8"))["papers"]
+    return {
+        (paper["paper"], claim): verdict
+        for paper in papers
+        for claim, verdict in paper["claims"].items()
+    }
+
+
 def tabulate(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
     """Return the lines of a Markdown table."""
     table = [headings, ["---"] * len(headings), *rows]
@@ -115,11 +163,26 @@ def replace_results(page: str, results: str) -> str:
     return f"{before}{START}\n\n{results}\n\n{END}{after}"
 
 
-if __name__ == "__main__":
-    folder = Path(sys.argv[1])
+def publish(folder: Path) -> tuple[list[Decision], list[int]]:
+    """Publish the gallery of a folder; return its decisions and the seeds of its studies."""
     entries, decisions = publish_gallery(folder, folder / GALLERY_FILE, LAST)
-    seeds = [StudyStore(entry.directory).seed for entry in entries if entry.systems]
-    page = PAGE.read_text(encoding="utf-8")
+    return decisions, [StudyStore(entry.directory).seed for entry in entries if entry.systems]
+
+
+if __name__ == "__main__":
+    folder, *other_folders = map(Path, sys.argv[1:])
+    decisions, seeds = publish(folder)
     results = render_results(decisions, seeds)
+    for other_folder in other_folders:
+        other_decisions, other_seeds = publish(other_folder)
+        table = compare_seeds(
+            decisions, read_claims(folder), other_decisions, read_claims(other_folder)
+        )
+        text = (
+            f"Verdicts with the seeds {join_numbers(seeds)} and {join_numbers(other_seeds)}, of "
+            "the questions that are measured with both:"
+        )
+        results = "\n".join([results, "", text, "", *table])
+    page = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(replace_results(page, results), encoding="utf-8")
     shutil.copy(folder / "figures" / PICTURE.name, PICTURE)
