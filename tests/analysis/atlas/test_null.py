@@ -10,6 +10,8 @@ import xarray as xr
 
 from baldwinlab.analysis.atlas.claims import ABOVE_ZERO, Part
 from baldwinlab.analysis.atlas.tables import pool_cells
+from baldwinlab.analysis.estimands.traits import measure_log_fall
+from tests.analysis.gallery.null_systems import LAST, UNSET, draw_founders, evolve_neutral
 
 N_TABLES = 1000
 N_CELLS = 12
@@ -17,7 +19,24 @@ N_RUNS = 20
 # Largest rate of verdicts other than "undecided".
 MAX_RATE = 0.06
 Draw = Callable[[np.random.Generator, tuple[int, int]], np.ndarray]
-# Six distributions with the mean 0.
+
+
+def draw_assimilation(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    """Return A, the fall of learners minus that of their control, in evolution without selection.
+
+    The learned distance is the share of ?, which falls from 1/2 to 1/3 in both histories.
+    """
+    falls = []
+    for _ in ("learner", "control"):
+        populations = evolve_neutral(generator, draw_founders(generator, int(np.prod(shape)), 0.5))
+        distance = xr.DataArray(
+            (populations == UNSET).mean(axis=(2, 3)), dims=("run", "generation")
+        )
+        falls.append(measure_log_fall(distance, LAST).values)
+    return (falls[0] - falls[1]).reshape(shape)
+
+
+# Seven distributions with the mean 0.
 KINDS: dict[str, Draw] = {
     "normal": lambda generator, shape: generator.normal(size=shape),
     "heavy-tailed": lambda generator, shape: generator.standard_t(2, shape),
@@ -29,6 +48,7 @@ KINDS: dict[str, Draw] = {
     "many zeros": lambda generator, shape: np.where(
         generator.random(shape) < 0.6, 0.0, generator.choice([-1.0, 1.0], shape)
     ),
+    "neutral evolution": draw_assimilation,
 }
 
 
