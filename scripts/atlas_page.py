@@ -5,7 +5,6 @@ the laws and the picture are those of the first folder.
 """
 
 import json
-import re
 import shutil
 import sys
 import tomllib
@@ -13,12 +12,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.api.atlas.publish import ARTICLE_FILE, CLAIM_RESULTS_FILE
-from scripts.gallery_page import tabulate
+from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
-DOCS: Final = Path(__file__).parents[1] / "docs"
-PAGE: Final = DOCS / "explanation" / "atlas.md"
-PICTURE: Final = DOCS / "pictures" / "atlas.png"
-BEGIN, END = "<!-- results -->\n", "<!-- end of results -->\n"
+PAGE: Final = EXPLANATION / "atlas.md"
+PICTURE: Final = PICTURES / "atlas.png"
 # Heading of the article above the table that compares the laws.
 LAWS: Final = "### Residual learning and the laws\n"
 
@@ -71,8 +68,5 @@ def make_results(folders: list[Path]) -> str:
 
 if __name__ == "__main__":
     given = [Path(argument) for argument in sys.argv[1:]]
-    page = PAGE.read_text("utf-8")
-    pattern = re.compile(f"{BEGIN}.*{END}", re.DOTALL)
-    results = make_results(given)
-    PAGE.write_text(pattern.sub(lambda _: f"{BEGIN}\n{results}\n\n{END}", page), "utf-8")
+    write_results(PAGE, make_results(given))
     shutil.copy(given[0] / "figures" / "laws.png", PICTURE)

@@ -24,11 +24,10 @@ from baldwinlab.analysis.gallery.summary import (
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, OPPOSITE, YES
 from baldwinlab.api.publish.gallery import GALLERY_FILE, PAPERS_FILE, publish_gallery
 from baldwinlab.studies.store import StudyStore
+from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
-PAGE = Path("docs/explanation/gallery.md")
-PICTURE = Path("docs/pictures/gallery.png")
-START = "<!-- results of scripts/gallery_page.py -->"
-END = "<!-- end of the results -->"
+PAGE = EXPLANATION / "gallery.md"
+PICTURE = PICTURES / "gallery.png"
 LAST = 10
 
 
@@ -150,19 +149,6 @@ def read_claims(folder: Path) -> dict[tuple[str, str], str]:
     }
 
 
-def tabulate(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
-    """Return the lines of a Markdown table."""
-    table = [headings, ["---"] * len(headings), *rows]
-    return [f"| {' | '.join(map(str, cells))} |" for cells in table]
-
-
-def replace_results(page: str, results: str) -> str:
-    """Return a page with new results between `START` and `END`."""
-    before, _, rest = page.partition(START)
-    _, _, after = rest.partition(END)
-    return f"{before}{START}\n\n{results}\n\n{END}{after}"
-
-
 def publish(folder: Path) -> tuple[list[Decision], list[int]]:
     """Publish the gallery of a folder; return its decisions and the seeds of its studies."""
     entries, decisions = publish_gallery(folder, folder / GALLERY_FILE, LAST)
@@ -183,6 +169,5 @@ if __name__ == "__main__":
             "the questions that are measured with both:"
         )
         results = "\n".join([results, "", text, "", *table])
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_results(page, results), encoding="utf-8")
+    write_results(PAGE, results)
     shutil.copy(folder / "figures" / PICTURE.name, PICTURE)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.analysis.gallery.decisions import Decision, SystemName, decide
-from scripts.gallery_page import PAGE, compare_seeds, render_results, replace_results
+from scripts.gallery_page import PAGE, compare_seeds, render_results
+from scripts.pages import replace_results
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 UP = 1 + np.arange(12) / 100
@@ -26,7 +27,7 @@ def test_the_page_has_a_row_per_question_and_the_conclusions() -> None:
 def test_only_the_results_of_the_page_are_replaced() -> None:
     page = PAGE.read_text(encoding="utf-8")
     replaced = replace_results(page, "New results.")
-    assert replaced.startswith(page[: page.index("## Results")]) and "New results." in replaced
+    assert replaced.startswith(page[: page.index("<!-- results")]) and "New results." in replaced
     assert replaced.endswith(page[page.index("![Effects of learning") :])
     assert replace_results(replaced, "New results.") == replaced
 
