@@ -33,7 +33,7 @@ def draw_assimilation(generator: np.random.Generator, shape: tuple[int, int]) ->
             (populations == UNSET).mean(axis=(2, 3)), dims=("run", "generation")
         )
         falls.append(measure_log_fall(distance, LAST).values)
-    return (falls[0] - falls[1]).reshape(shape)
+    return np.reshape(falls[0] - falls[1], shape)
 
 
 # Seven distributions with the mean 0.
