@@ -165,8 +165,8 @@ def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate
     share = float((compared > floor).mean())
     if share < MIN_SHARE_ABOVE_FLOOR:
         reason = (
-            f"{share:.1%} of the agents of both groups are above the lowest innate fitness, "
-            f"{floor:g}, and {MIN_SHARE_ABOVE_FLOOR:.0%} are needed."
+            f"{100 * share:.1f} % of the agents of both groups are above the lowest innate "
+            f"fitness, {floor:g}, and {100 * MIN_SHARE_ABOVE_FLOOR:.0f} % are needed."
         )
         return Estimate(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
