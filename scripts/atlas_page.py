@@ -8,6 +8,7 @@ import json
 import shutil
 import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,6 +32,11 @@ def read_seed(folder: Path) -> int:
     return int(tomllib.loads((folder / "needle" / "sweep.toml").read_text("utf-8")).get("seed", 0))
 
 
+def describe_kind(claim: Mapping[str, Any]) -> str:
+    """Return whether a claim is a conjecture, or the reason why it is nearly a theorem."""
+    return f"near-theorem: {claim['near_theorem']}" if claim["near_theorem"] else "conjecture"
+
+
 def make_results(folders: list[Path]) -> str:
     """Return the verdicts of all folders, and the estimates and laws of the first one."""
     by_folder = [read_claims(folder) for folder in folders]
@@ -38,7 +44,7 @@ def make_results(folders: list[Path]) -> str:
     verdicts = [
         [
             f"{claims[0]['id']}: {claims[0]['claim']}",
-            "near-theorem" if claims[0]["near_theorem"] else "conjecture",
+            describe_kind(claims[0]),
             claims[0]["registered_verdict"],
             *(claim["verdict"] for claim in claims),
         ]

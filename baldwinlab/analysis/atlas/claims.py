@@ -320,15 +320,21 @@ def _estimate_fixation(maps: Maps, bounds: Bounds) -> list[Part]:
     return [
         Part(
             f"share of runs that have lost it at N s(1) of at least {above:g}",
-            pool_cells(is_lost.where(products >= above)),
+            limit_to_shares(pool_cells(is_lost.where(products >= above))),
             (0.5, inf),
         ),
         Part(
             f"share at N s(1) of at most {below:g}",
-            pool_cells(is_lost.where(products <= below)),
+            limit_to_shares(pool_cells(is_lost.where(products <= below))),
             (-inf, 0.5),
         ),
     ]
+
+
+def limit_to_shares(interval: MeanInterval) -> MeanInterval:
+    """Return the interval of a share, which is from 0 to 1."""
+    low, high = np.clip([interval.low, interval.high], 0, 1).tolist()
+    return interval._replace(low=low, high=high)
 
 
 def _estimate_fork(maps: Maps, bounds: Bounds) -> list[Part]:

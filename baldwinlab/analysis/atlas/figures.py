@@ -34,7 +34,7 @@ MAX_LABEL: Final = 44
 LAW_COLUMNS: Final = 4
 LAW_HEIGHT: Final = 2.4
 # Largest number of characters in a line of a panel's title.
-LAW_TITLE_WIDTH: Final = 24
+LAW_TITLE_WIDTH: Final = 21
 
 
 class ShownOutcome(NamedTuple):

@@ -29,6 +29,7 @@ from baldwinlab.analysis.atlas.claims import (
     Part,
     describe_limits,
     evaluate_claims,
+    limit_to_shares,
     refuse_verdicts,
 )
 from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
@@ -217,6 +218,12 @@ def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None
         {"population.size": sizes},
     )
     assert evaluate("X9", {"needle-size": data}) == verdict
+
+
+def test_the_interval_of_a_share_ends_at_0_and_1() -> None:
+    assert limit_to_shares(MeanInterval(0.2, -1.76, 2.06, 20)) == MeanInterval(0.2, 0, 1, 20)
+    undefined = limit_to_shares(MeanInterval(0.2, np.nan, np.nan, 1))
+    assert np.isnan(undefined.low) and np.isnan(undefined.high)
 
 
 def test_fewer_than_six_runs_are_not_a_verdict() -> None:
