@@ -8,7 +8,7 @@ import json
 import shutil
 import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -37,6 +37,15 @@ def describe_kind(claim: Mapping[str, Any]) -> str:
     return f"near-theorem: {claim['near_theorem']}" if claim["near_theorem"] else "conjecture"
 
 
+def count_equal(by_folder: Sequence[Sequence[Mapping[str, Any]]]) -> str:
+    """Return how many verdicts are equal for all seeds, as a sentence, or "" for one seed."""
+    if len(by_folder) == 1:
+        return ""
+    verdicts = [{claim["verdict"] for claim in claims} for claims in zip(*by_folder, strict=True)]
+    n_equal = sum(len(values) == 1 for values in verdicts)
+    return f"{n_equal} of {len(verdicts)} verdicts are equal for all seeds."
+
+
 def make_results(folders: list[Path]) -> str:
     """Return the verdicts of all folders, and the estimates and laws of the first one."""
     by_folder = [read_claims(folder) for folder in folders]
@@ -57,7 +66,7 @@ def make_results(folders: list[Path]) -> str:
     runs = min(claim["runs"] for claims in by_folder for claim in claims)
     return "\n".join(
         [
-            f"Confirmatory runs per cell: {runs}.",
+            f"Confirmatory runs per cell: {runs}. {count_equal(by_folder)}".rstrip(),
             "",
             *tabulate(columns, verdicts),
             "",

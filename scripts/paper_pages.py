@@ -18,7 +18,8 @@ from baldwinlab.analysis.gallery.decisions import Decision
 from baldwinlab.analysis.gallery.summary import format_effect
 from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
 from baldwinlab.studies.store import StudyStore
-from scripts.pages import tabulate, write_results
+from scripts.gallery_page import join_numbers
+from scripts.pages import START, tabulate, write_results
 
 ESTIMANDS_PAGE: Final = "../../../docs/explanation/estimands.md#questions"
 LAST: Final = 10  # Number of generations in a window.
@@ -27,8 +28,8 @@ GALLERY_PAGE: Final = "../../../docs/explanation/gallery.md#decisions"
 
 def render_answers(decisions: Sequence[Decision], seed: int) -> str:
     """Return the answers of the systems of a paper as Markdown."""
-    runs = {decision.measurement.runs for decision in decisions if decision.measurement}
-    numbers = f"{min(runs)} to {max(runs)}" if len(runs) > 1 else f"{max(runs, default=0)}"
+    runs = [decision.measurement.runs for decision in decisions if decision.measurement]
+    numbers = f", {join_numbers(runs)} runs" if runs else ""
     by_system: dict[str, dict[str, Decision]] = {}
     for decision in decisions:
         answers = by_system.setdefault(decision.system.condition, {})
@@ -45,8 +46,8 @@ def render_answers(decisions: Sequence[Decision], seed: int) -> str:
     table = tabulate(["condition", *(f"`{question}`" for question in shown)], rows)
     lines = [
         f"Answers to the [questions]({ESTIMANDS_PAGE}) of the gallery, with their "
-        f"[verdicts]({GALLERY_PAGE}): medians over runs with 95 % intervals (seed {seed}, "
-        f"{numbers} runs).",
+        f"[verdicts]({GALLERY_PAGE}): medians over runs with 95 % intervals "
+        f"(seed {seed}{numbers}).",
         "",
         *([*table, ""] if shown else []),
         *explain_omitted(by_system, shown),
@@ -112,4 +113,6 @@ if __name__ == "__main__":
         name = entry.paper.name
         if answers := [decision for decision in all_decisions if decision.system.paper == name]:
             results = render_answers(answers, StudyStore(entry.directory).seed)
-            write_results(papers.load(name).folder / "README.md", results)
+            page = papers.load(name).folder / "README.md"
+            if START in page.read_text("utf-8"):
+                write_results(page, results)

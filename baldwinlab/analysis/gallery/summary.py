@@ -34,6 +34,8 @@ MIXED: Final = "mixed"
 DIMENSIONLESS: Final = "1"
 # Smallest effect that is printed without decimals.
 INTEGER_EFFECT: Final = 10
+# Largest ratio last / first that is printed as a percentage.
+LARGEST_PERCENTAGE: Final = 2
 # Smallest standard error, as a fraction of the equivalence bound. The weight of an effect with a
 # standard error of 0 would be infinite.
 MIN_RELATIVE_ERROR: Final = 1e-3
@@ -179,12 +181,16 @@ def _needs_unit(unit: str) -> bool:
 def format_effect(number: float, unit: str = DIMENSIONLESS) -> str:
     """Return an effect with a sign: 0.123 -> "+0.12", and 1234.5 -> "+1,234".
 
-    A logarithm of first / last is returned as the percentage that is gone: log(2) -> "+50 %".
+    A logarithm of first / last is returned as the percentage that is gone: log(2) -> "+50 %". If
+    last is more than twice first, the factor is returned: -log(4.3) -> "×4.3".
     """
     if isnan(number):
         return "–"
     if unit == LOG_RATIO:
-        return f"{100 * (1 - exp(-number)):+,.0f} %".replace("-", "−")
+        factor = exp(-number)
+        if factor > LARGEST_PERCENTAGE:
+            return f"×{factor:,.0f}" if factor >= INTEGER_EFFECT else f"×{factor:.1f}"
+        return f"{100 * (1 - factor):+,.0f} %".replace("-", "−")
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
     return text.replace("-", "−")
 
@@ -266,6 +272,7 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
         axes.set_xlabel(summary.unit if _needs_unit(summary.unit) else "")
         if summary.unit == LOG_RATIO:
             axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
+            axes.locator_params(axis="x", nbins=4)
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for decision, measurement in summary.measurements:
             _draw_measurement(axes, rows[decision.system], decision, measurement)

@@ -91,3 +91,9 @@ def test_a_logarithm_is_printed_as_the_percentage_that_is_gone_with_its_terms() 
 )
 def test_an_effect_has_a_sign_and_two_digits(effect: float, text: str) -> None:
     assert format_effect(effect) == text
+
+
+def test_a_logarithm_is_printed_as_a_percentage_or_as_a_factor_above_two() -> None:
+    texts = {0.5: "+50 %", 1.5: "−50 %", 2.1: "×2.1", 4321: "×4,321"}
+    for ratio, text in texts.items():
+        assert format_effect(-np.log(ratio), LOG_RATIO) == text
