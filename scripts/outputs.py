@@ -52,6 +52,7 @@ VOLATILE: Final = [
     re.compile(r"[\d.,]+ (?:million )?(?:agent-steps|files|genomes)(?:/s| per second)"),
     re.compile(r"\b[0-9a-f]{64}\b"),
     re.compile(r"(?<=about )[\d.]+ (?:s|min|h)\b"),
+    re.compile(r"\d+(?= more lines\))"),
     re.compile(r"[\d.]+ times|[\d,]+ bytes"),
     re.compile(r"(?<=\()[\d.]+ (?:s|MB|kB)(?=\))"),
 ]
