@@ -1,4 +1,4 @@
-"""Run the examples of the documentation, page by page, in an empty folder."""
+"""Run the examples of the documentation, page by page, and compare their outputs with the page."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from tests.commands import Command
+from scripts import outputs
+from scripts.outputs import read_blocks
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -62,27 +63,10 @@ SLOW_PAGES = {
 }
 # In lines, on a how-to page.
 LONGEST_SNIPPET = 30
-FILE_NAME = re.compile(r"# ([\w./-]+\.(?:toml|py|sh|yaml))\n")
-
-
-class Snippet(NamedTuple):
-    """A block of code on a page. `file` is the name in its first line, or empty."""
-
-    language: str
-    text: str
-    file: str
-
-
-def snippets(page: Path) -> Iterator[Snippet]:
-    """Return the blocks of code of a page, in their order."""
-    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
-    for language, text in blocks:
-        name = FILE_NAME.match(text)
-        yield Snippet(language, text, name[1] if name else "")
 
 
 def has_examples(page: Path) -> bool:
-    return any(snippet.language in ("console", "python") for snippet in snippets(page))
+    return any(block.is_run for block in read_blocks(page))
 
 
 EXAMPLES = [
@@ -97,44 +81,39 @@ EXAMPLES = [
 
 
 @pytest.mark.parametrize("page", EXAMPLES)
-def test_the_examples_of_a_page_run_in_their_order(
-    page: Path, command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_examples_of_a_page_run_in_their_order_and_show_their_outputs(
+    page: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setenv("MPLBACKEND", "agg")
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    names: dict[str, Any] = {"__name__": "__main__"}
-    for snippet in snippets(page):
-        if snippet.file:
-            write_file(tmp_path / snippet.file, snippet.text)
-        elif snippet.language == "console":
-            run_commands(snippet.text, command, tmp_path)
-        elif snippet.language == "python":
-            exec(compile(snippet.text, page.name, "exec"), names)
+    """`python -m scripts.outputs PAGE` writes the outputs of a page again."""
+    text = page.read_text("utf-8")
+    results = outputs.run_page(page, tmp_path)
+    if page in outputs.PAGES:
+        assert outputs.insert_outputs(text, results) == text
+        for path, file in outputs.read_pictures(text):
+            shown = np.asarray(Image.open(page.parent / path).convert("RGB"), dtype=float)
+            drawn = np.asarray(outputs.draw_picture(tmp_path / file).convert("RGB"), dtype=float)
+            # Other versions of the libraries draw letters differently.
+            assert np.abs(shown - drawn).mean() < 2, path
 
 
-def write_file(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, "utf-8")
+@pytest.mark.parametrize("page", outputs.PAGES, ids=lambda page: page.stem)
+def test_each_example_shows_its_output_or_why_it_is_not_run(page: Path) -> None:
+    assert outputs.count_blocks(page)["without"] == 0
 
 
-def run_commands(text: str, command: Command, folder: Path) -> None:
-    """Run lines of a console. `> FILE` stores what a command prints."""
-    for line in text.replace("\\\n", " ").splitlines():
-        words, _, target = line.partition(" > ")
-        program, *arguments = shlex.split(words, comments=True)
-        assert program == "baldwinlab", line
-        outcome = command(*arguments)
-        assert outcome.code == 0, (line, outcome.err)
-        if target:
-            (folder / target).write_text(outcome.out)
+@pytest.mark.parametrize("page", outputs.PAGES, ids=lambda page: page.stem)
+def test_a_sentence_follows_each_output(page: Path) -> None:
+    text = page.read_text("utf-8")
+    blocks = [match for match in outputs.BLOCK.finditer(text) if match["output"]]
+    following = [text[match.end() :].lstrip() for match in blocks]
+    assert [words[:60] for words in following if words.startswith(("```", "#", "|", "!"))] == []
 
 
 SCRIPTS = [
-    pytest.param(snippet.text, id=f"{page.relative_to(ROOT).as_posix()}-{number}")
+    pytest.param(block.code, id=f"{page.relative_to(ROOT).as_posix()}-{number}")
     for page in PAGES
-    for number, snippet in enumerate(snippets(page))
-    if snippet.language == "bash"
+    for number, block in enumerate(read_blocks(page))
+    if block.language == "bash"
 ]
 
 
@@ -161,8 +140,8 @@ def test_dask_accepts_the_configuration_of_the_page_on_clusters(
     import dask
     import yaml
 
-    page = snippets(DOCS / "how-to" / "clusters.md")
-    (text,) = [snippet.text for snippet in page if snippet.file == "jobqueue.yaml"]
+    blocks = read_blocks(DOCS / "how-to" / "clusters.md")
+    (text,) = [block.code for block in blocks if block.file == "jobqueue.yaml"]
     settings = yaml.safe_load(text)["jobqueue"]["slurm"]
     assert settings.keys() <= dask.config.get("jobqueue.slurm").keys()
     with dask.config.set({f"jobqueue.slurm.{key}": value for key, value in settings.items()}):
@@ -173,11 +152,10 @@ def test_dask_accepts_the_configuration_of_the_page_on_clusters(
 
 def test_a_snippet_of_a_how_to_page_is_short() -> None:
     long_snippets = [
-        (page.name, snippet.text[:60])
+        (page.name, block.code[:60])
         for page in HOW_TO_PAGES
-        for snippet in snippets(page)
-        if snippet.text.count("\n") > LONGEST_SNIPPET
-        and not snippet.file.endswith((".sh", ".yaml"))
+        for block in read_blocks(page)
+        if block.code.count("\n") > LONGEST_SNIPPET and not block.file.endswith((".sh", ".yaml"))
     ]
     assert long_snippets == []
 
@@ -190,7 +168,7 @@ def test_every_how_to_page_is_two_clicks_from_the_front_page() -> None:
 
 def links(page: Path) -> set[Path]:
     """Return the files that a page links to."""
-    targets = re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text("utf-8"))
+    targets = re.findall(r"\]\((?!https?:)([^)#\s]+)", page.read_text("utf-8"))
     return {(page.parent / target).resolve() for target in targets}
 
 
@@ -217,9 +195,9 @@ def test_every_page_is_two_clicks_from_the_front_page() -> None:
 def test_the_optimizer_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
     """Its code continues the first block of its page."""
     pytest.importorskip("evosax", reason="it needs the extra bench")
-    blocks = list(snippets(DOCS / "how-to" / "external-optimizers.md"))
-    first = next(snippet.text for snippet in blocks if snippet.language == "python")
-    jax = [snippet.text for snippet in blocks if snippet.language == "py"]
+    blocks = list(read_blocks(DOCS / "how-to" / "external-optimizers.md"))
+    first = next(block.code for block in blocks if block.language == "python")
+    jax = [block.code for block in blocks if block.language == "py"]
     code = "\n".join([first, *jax, "assert -state.best_fitness > results.fitness.max()"])
     python = subprocess.run(
         [sys.executable, "-c", code],

@@ -49,7 +49,7 @@ class AgentNetwork:
 
         Parameters
         ----------
-        inputs
+        inputs : array_like
             Array [input] or [step, input] of numbers from 0 to 1. A recurrent network starts each
             call without memory, like a newborn, and remembers the previous steps of the call.
 

@@ -73,18 +73,18 @@ def compete(
 
     Parameters
     ----------
-    a, b
+    a, b : str or pathlib.Path
         Genome files of `freeze` (.nc), or arrays of NumPy (.npy).
-    experiment
+    experiment : str or None
         A preset or an experiment file. The default is the experiment of A.
-    map
+    map : str or None
         Name of a map, which replaces the world of the experiment.
-    set
+    set : mapping or None
         Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
         `population.size` must be even.
-    lives
+    lives : int
         Number of lives, at least 1.
-    seed
+    seed : int
         Seed of all random numbers, 0 to 2**31 - 1.
 
     Returns
@@ -102,6 +102,13 @@ def compete(
         than those of A, the population is odd, or agents are born during life.
     ExperimentError
         There is no such preset, map or setting.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> frozen = bl.freeze("mine:evo/A@1[0]", out="population.nc")  # see the example of `run`
+    >>> bl.compete(frozen.path, frozen.path, lives=2).difference
+    0.0
     """
     path_a = Path(a)
     path_b = Path(b)

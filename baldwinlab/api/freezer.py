@@ -90,15 +90,15 @@ def freeze(
 
     Parameters
     ----------
-    reference
+    reference : str
         STUDY:CONDITION@GENERATION for the populations of all stored runs, or with [RUN] at the end
         for the population of one run. For example "mine:evo/A@99[0]".
-    agent
+    agent : int or None
         Index of an agent, from 0. The default is all agents.
-    out
+    out : str or pathlib.Path
         Path of the genome file, which ends in .nc. The file has the genomes at birth, the
         experiment, and the origin of the genomes: condition, seed, generation and runs.
-    force
+    force : bool
         Overwrite a file that this function did not write.
 
     Returns
@@ -116,6 +116,13 @@ def freeze(
         `out` has another ending, or is a file of another program or of a study.
     PartError
         A custom part of the study is not loaded.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> frozen = bl.freeze("mine:evo/A@1[0]", out="population.nc")  # see the example of `run`
+    >>> frozen.path.name, frozen.n_runs, frozen.n_agents
+    ('population.nc', 1, 20)
     """
     path = Path(out)
     if path.suffix != ".nc":

@@ -36,11 +36,11 @@ def load(source: str | Path | xr.Dataset, variant: str = STANDARD_VARIANT) -> Ex
 
     Parameters
     ----------
-    source
+    source : str, pathlib.Path or xarray.Dataset
         A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; a file
         that ends in .toml; or a run, a replay, an assay or the data of a study. If a dataset has
         several conditions, select one: `data.sel(condition="evo/A")`.
-    variant
+    variant : str
         Name of a variant of the paper's model. The settings of the variant are applied last.
 
     Returns
@@ -58,6 +58,15 @@ def load(source: str | Path | xr.Dataset, variant: str = STANDARD_VARIANT) -> Ex
         A part of an installed package cannot be loaded.
     RefusedError
         The dataset has no experiment, or several.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> experiment = bl.load("evo+self-taught/B")
+    >>> experiment.learning.rule, experiment.population.size
+    ('self-taught', 20)
+    >>> bl.load("hinton-nowlan-1987:guessing").model
+    'hinton-nowlan'
     """
     load_installed_parts()
     if isinstance(source, str | Path):

@@ -38,25 +38,25 @@ def replay(
 
     Parameters
     ----------
-    experiment
+    experiment : str, pathlib.Path, Experiment or None
         An experiment from `load`, a preset or an experiment file. With `genome`, the default is the
         experiment of the genome file; a .npy file has none.
-    genome
+    genome : str, pathlib.Path or None
         Genome file of `freeze` (.nc), or array of NumPy (.npy), with the agents to simulate. By
         default, the population of the experiment evolves to the generation.
-    map
+    map : str or None
         With `genome`: name of a map, which replaces the world of the experiment.
-    set
+    set : mapping or None
         With `genome`: settings that change, such as {"lifetime.steps": 500}.
-    seed, run, generation
+    seed, run, generation : int or None
         Key of the random numbers of the lifetime, each 0 to 2**31 - 1. The default is 0, or for a
         genome file the origin of the genomes. A genome file with several runs needs `run`.
-    world
+    world : int
         Index of a world of the population, from 0. The trace has the first lifetime of the agents
         in this world.
-    energy
+    energy : xarray.DataArray or None
         Array (generation, agent) of the same run. With it, earlier generations are not simulated.
-    force
+    force : bool
         Run even if less memory is free than the estimate.
 
     Returns
@@ -76,6 +76,14 @@ def replay(
         run stops before the generation; or too little memory is free.
     ExperimentError
         There is no such preset, map or setting.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> experiment = bl.load("evo/A").replace(lifetime={"steps": 50})
+    >>> trace = bl.replay(experiment, seed=3, generation=0)
+    >>> trace.sizes["step"], int(trace.eaten.sum())  # no agent reaches the food in 50 steps
+    (50, 0)
     """
     if genome is not None:
         if energy is not None:

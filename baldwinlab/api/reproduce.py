@@ -128,26 +128,26 @@ def reproduce(
 
     Parameters
     ----------
-    paper
+    paper : str or pathlib.Path
         Name of a paper, or folder of a custom paper.
-    runs
+    runs : int or None
         Number of runs of each condition, 1 to 2**31; by default as in the paper.
-    generations, steps
+    generations, steps : int or None
         Number of generations of a run, and number of steps of a forager's life; by default as in
         the paper. Other values change the model, as `set` does.
-    seed
+    seed : int
         Seed of all random numbers, 0 to 2**31 - 1.
-    variant
+    variant : str
         Name of a variant of the model: an interpretation of the paper.
-    out
+    out : str, pathlib.Path or None
         Directory of the study, or a URL that fsspec can open. By default results/PAPER, followed by
         each changed setting. The default paper, le-2019, has the directory results/paper.
-    last
+    last : int
         Number of final generations that are averaged in each run, at least 1.
-    set
+    set : mapping or None
         Settings to change in all conditions, such as {"lifetime.steps": 100}. The model then
         differs from the paper, and all results say so.
-    quick
+    quick : bool
         Run the short form of a paper with stages, to check the procedure. It has fewer maps and too
         few runs for verdicts.
     **options
@@ -174,6 +174,13 @@ def reproduce(
         disk is free for runs, assays and report.
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> study = bl.reproduce("hinton-nowlan-1987", runs=1, generations=2, out="needle")
+    >>> study.conditions
+    ('guessing', 'guessing-100', 'guessing-10000', 'all-set', 'never-guessing')
     """
     run_options = RunOptions(**options)
     load_installed_parts()

@@ -57,24 +57,24 @@ def run(
 
     Parameters
     ----------
-    experiments
+    experiments : str, pathlib.Path, BaseExperiment or a sequence of them
         Presets such as "evo/A", experiment files that end in .toml, or experiments from `load`.
-    runs
+    runs : int
         Number of independent runs of each experiment, 1 to 2**31.
-    seed
+    seed : int
         Seed of all random numbers, 0 to 2**31 - 1.
-    out
+    out : str, pathlib.Path or None
         Directory of the study, or a URL that fsspec can open. By default a directory with the names
         of the experiments, for example results/evo-A-evo-B.
-    set
+    set : mapping or None
         Settings to change in all experiments, such as {"lifetime.steps": 100}.
-    founders
+    founders : str or sequence of str
         Genomes of the first generation: "STUDY:CONDITION@GENERATION", with "[RUN]" at the end for
         the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the fraction
         of the first generation that gets these genomes. By default the genomes are random.
-    schedule
+    schedule : mapping
         Settings that change during a run, by generation: {50: {"learning.rule": "none"}}.
-    callback
+    callback : callable or None
         Function that is called after each generation of each run, with the dataset of the run so
         far. The attributes `condition` and `run` of the dataset name the run. Only one call runs at
         a time. It needs the executor "threads".
@@ -98,6 +98,14 @@ def run(
         The backend cannot be used on this machine, or too little memory or disk is free.
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> short = {"evolution.generations": 2, "lifetime.steps": 50}
+    >>> study = bl.run(["evo/A", "evo+self-taught/A"], runs=5, out="mine", set=short)
+    >>> study.conditions, study.runs("evo/A")
+    (('evo/A', 'evo+self-taught/A'), [0, 1, 2, 3, 4])
     """
     if isinstance(experiments, str | Path | BaseExperiment):
         experiments = [experiments]
@@ -204,11 +212,11 @@ def sweep(
 
     Parameters
     ----------
-    plan
+    plan : mapping, str or pathlib.Path
         A TOML file, or a dict with the same content, such as
         {"experiment": "evo/A", "runs": 8, "fields": {"learning.rate": [0.01, 0.1]}}. The page
         docs/reference/sweeps.md lists the keys.
-    out
+    out : str, pathlib.Path or None
         Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
         is the name of the file. Required if `plan` is a dict.
     **options
@@ -231,6 +239,14 @@ def sweep(
         `plan` is a dict and `out` is missing, or too little memory or disk is free.
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> plan = {"experiment": "evo/A", "runs": 1, "fields": {"senses.visual_radius": [4, 40]}}
+    >>> plan["set"] = {"evolution.generations": 2, "lifetime.steps": 50}
+    >>> bl.sweep(plan, out="radii").data().sizes["senses.visual_radius"]
+    2
     """
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.api.publish.comparisons import describe_too_few_runs

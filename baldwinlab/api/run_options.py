@@ -28,11 +28,11 @@ class AssayOptions:
 
     Parameters
     ----------
-    workers
+    workers : int or None
         Number of threads, by default one per usable core; with the executor slurm, number of jobs.
-    executor
+    executor : str
         threads, dask:tcp://HOST:PORT, or slurm.
-    force
+    force : bool
         Run even if less memory or disk is free than the estimate.
     """
 
@@ -56,9 +56,9 @@ class RunOptions(AssayOptions):
 
     Parameters
     ----------
-    backend
+    backend : str
         cpu, cuda, or auto (the fastest that is available).
-    checkpoint
+    checkpoint : str
         Interval between two checkpoints of a run: seconds (60s) or generations (100).
     """
 

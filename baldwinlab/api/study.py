@@ -1,9 +1,4 @@
-"""The class `Study` and the function `open_study`: read, compare, replay and export a study.
-
->>> import baldwinlab as bl
->>> study = bl.run(["evo/A", "evo+self-taught/A"], runs=30, out="mine")  # doctest: +SKIP
->>> study.assay("innate"), study.report()  # doctest: +SKIP
-"""
+"""The class `Study` and the function `open_study`: read, compare, replay and export a study."""
 
 from __future__ import annotations
 
@@ -79,9 +74,9 @@ class Study(StudyRuns):
 
         Parameters
         ----------
-        generations
+        generations : int or None
             Number of generations of all conditions. By default the stored number.
-        runs
+        runs : int or None
             Number of runs of each condition. By default the largest stored number.
         **options
             Fields of `RunOptions`.
@@ -96,6 +91,15 @@ class Study(StudyRuns):
             Less memory or disk is free than the estimate.
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> short = {"evolution.generations": 2, "lifetime.steps": 50}
+        >>> study = bl.run("evo/A", runs=1, out="longer", set=short)
+        >>> study.extend(generations=3)
+        >>> study.data().sizes["generation"]
+        3
         """
         self._store = extend(self._store, RunOptions(**options), generations=generations, runs=runs)
 
@@ -113,11 +117,11 @@ class Study(StudyRuns):
 
         Parameters
         ----------
-        name
+        name : str
             Name of an assay, for example "innate"; `baldwinlab assay --help` lists all.
-        condition
+        condition : str or None
             Name of a condition. By default all conditions.
-        generations
+        generations : int or None
             Number of generations of the branches of "fork" or "fork-mode", at least 1. By default
             the stored number, or 20.
         **options
@@ -140,6 +144,14 @@ class Study(StudyRuns):
             Too little memory or disk is free.
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> innate = study.assay("innate", "evo/A")
+        >>> innate.sizes["run"]
+        5
         """
         assay_options = AssayOptions(**options)
         require_branch_length(generations, [name])
@@ -162,11 +174,11 @@ class Study(StudyRuns):
 
         Parameters
         ----------
-        baseline
+        baseline : str or None
             Condition with which all other conditions are compared. By default a condition is
             compared with the first condition on its map. The only condition of a map, and a
             condition without a map, are compared with the first condition of the study.
-        last
+        last : int
             Number of final generations that are averaged in each run, at least 1.
 
         Returns
@@ -205,6 +217,14 @@ class Study(StudyRuns):
         - Correction: Holm, Scandinavian Journal of Statistics 6, 1979.
         - A12: Vargha and Delaney, Journal of Educational and Behavioral Statistics 25, 2000.
         - Smallest p-value: Tarone, Biometrics 46, 1990.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> table = study.compare()
+        >>> table[["condition_a", "condition_b", "measure", "verdict"]].iloc[0].to_list()
+        ['evo+self-taught/A', 'evo/A', 'mean', 'undecided']
         """
         # Imported late: pandas and SciPy's statistics take a while to load.
         import pandas as pd
@@ -234,16 +254,16 @@ class Study(StudyRuns):
 
         Parameters
         ----------
-        out
+        out : str, pathlib.Path or None
             HTML file. By default report.html in the directory of the study.
-        last
+        last : int
             Number of final generations that are averaged in each run, at least 1.
-        baseline
+        baseline : str or None
             Condition with which all other conditions are compared; see `compare`.
-        paper
+        paper : str, pathlib.Path or None
             Name or folder of the paper whose claims are evaluated. By default the paper that
             defines the study.
-        force
+        force : bool
             Write even if less memory is free than the estimate, and overwrite an HTML file that is
             not a report.
 
@@ -263,6 +283,13 @@ class Study(StudyRuns):
         RefusedError
             Too little memory is free; `out` is a file of another program; `baseline` is given for a
             multiverse; or `paper` is given for a sweep or a multiverse.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.report().name
+        'report.html'
         """
         # Imported late: loading the figures takes a while.
         from baldwinlab.api.report import report
@@ -291,14 +318,14 @@ class Study(StudyRuns):
 
         Parameters
         ----------
-        path
+        path : str, pathlib.Path or None
             The file to write. The format "ro-crate" needs no path.
-        format
+        format : str or None
             Name of a format. By default, the suffix of `path` selects it.
-        force
+        force : bool
             Overwrite a file that this method did not write. For Zarr, write even if less memory is
             free than the estimate.
-        **options
+        **options : object
             Options of the format, for example `condition`, `run`, `generation` and `agent`.
 
         Raises
@@ -312,6 +339,15 @@ class Study(StudyRuns):
             missing or does not apply to the format, or the format does not apply to the model.
         PartError
             A custom part of the study is not loaded.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.export("mine.csv")
+        >>> with open("mine.csv") as file:
+        ...     print(file.readline()[:40])
+        condition,learner,map,run,generation,age
         """
         location = None if path is None else Path(path)
         formats = study_formats()
@@ -350,7 +386,7 @@ def open_study(directory: str | Path) -> Study:
 
     Parameters
     ----------
-    directory
+    directory : str or pathlib.Path
         The directory of a study, or a URL that fsspec can open.
 
     Returns
@@ -362,6 +398,12 @@ def open_study(directory: str | Path) -> Study:
     ------
     StudyError
         There is no study, or its files are damaged.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> bl.open_study("mine").conditions  # see the example of `run`
+    ('evo/A', 'evo+self-taught/A')
     """
     load_installed_parts()
     return Study(StudyStore(parse_location(directory)))

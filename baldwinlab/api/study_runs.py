@@ -34,7 +34,7 @@ class StudyRuns:
 
     Parameters
     ----------
-    store
+    store : StudyStore
         The directory of the study.
     """
 
@@ -61,7 +61,7 @@ class StudyRuns:
 
         Parameters
         ----------
-        condition
+        condition : str
             Name of a condition.
 
         Returns
@@ -73,6 +73,13 @@ class StudyRuns:
         ------
         StudyError
             The study has no such condition.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.experiment("evo/A").lifetime.steps
+        50
         """
         return self._store.experiment(condition)
 
@@ -81,7 +88,7 @@ class StudyRuns:
 
         Parameters
         ----------
-        condition
+        condition : str
             Name of a condition.
 
         Returns
@@ -93,6 +100,13 @@ class StudyRuns:
         ------
         StudyError
             The study has no such condition.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.runs("evo/A")
+        [0, 1, 2, 3, 4]
         """
         # Raises StudyError for an unknown condition.
         self.experiment(condition)
@@ -103,7 +117,7 @@ class StudyRuns:
 
         Parameters
         ----------
-        conditions
+        conditions : sequence of str or None
             Names of conditions. By default all conditions.
 
         Returns
@@ -132,6 +146,13 @@ class StudyRuns:
             The study has no such condition.
         DamagedRecordError
             A stored run is damaged.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> dict(study.data().energy.sizes)
+        {'condition': 2, 'run': 5, 'generation': 2, 'agent': 20}
         """
         if conditions is None and self._store.kind == SWEEP:
             return open_sweep(self.directory)
@@ -151,15 +172,15 @@ class StudyRuns:
 
         Parameters
         ----------
-        condition
+        condition : str or None
             Name of a condition. A study with one condition does not need it.
-        run
+        run : int
             Index of a stored run, from 0.
-        generation
+        generation : int
             Index of a generation, from 0.
-        world
+        world : int
             Index of a world of the population, from 0. The agents of this world are recorded.
-        force
+        force : bool
             Run even if less memory is free than the estimate.
 
         Returns
@@ -176,6 +197,14 @@ class StudyRuns:
             A custom part of the study is not loaded.
         RefusedError
             There is no such generation, the model has no world, or too little memory is free.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> trace = study.replay("evo/A", run=0, generation=1)
+        >>> trace.sizes["step"], trace.sizes["agent"]
+        (50, 20)
         """
         condition = select_condition(self._store, condition)
         experiment = self.experiment(condition)
@@ -221,11 +250,11 @@ class StudyRuns:
 
         Parameters
         ----------
-        run, generation
+        run, generation : int
             Index of a stored run, and index of a generation, from 0.
-        agent
+        agent : int, sequence of int or None
             Index of an agent, or several indices, from 0. By default all agents.
-        condition
+        condition : str or None
             Name of a condition. A study with one condition does not need it.
 
         Returns
@@ -242,6 +271,14 @@ class StudyRuns:
             The experiment has no such generation or agent.
         PartError
             A custom part of the study is not loaded.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> genome = study.genomes(run=0, generation=1, agent=3, condition="evo+self-taught/A")
+        >>> dict(genome.sizes)
+        {'module': 2, 'weight': 60}
         """
         name = select_condition(self._store, condition)
         return read_genomes(self._store, name, run, generation, agent)
@@ -260,11 +297,11 @@ class StudyRuns:
 
         Parameters
         ----------
-        run, generation, agent
+        run, generation, agent : int
             Index of a stored run, of a generation, and of an agent, each from 0.
-        condition
+        condition : str or None
             Name of a condition. A study with one condition does not need it.
-        module
+        module : str
             "action", or "reinforcement" if the agents have a reinforcement network.
 
         Returns
@@ -282,6 +319,14 @@ class StudyRuns:
             The agents have no such module, or are not foragers.
         PartError
             A custom part of the study is not loaded.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> network = study.network(run=0, generation=1, agent=3, condition="evo/A")
+        >>> network.inputs, network([[0, 1, 0]]).sizes["action"]
+        (('left', 'front', 'right'), 3)
         """
         name = select_condition(self._store, condition)
         return make_network(self._store, name, run, generation, agent, module=module)
@@ -298,6 +343,14 @@ class StudyRuns:
         ------
         StudyError
             No run is stored, or a record is damaged.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> table = study.to_pandas()
+        >>> len(table), table.attrs["units"]["food_eaten"]
+        (400, 'items')
         """
         return StudyTable(self._store).to_pandas()
 
@@ -326,7 +379,7 @@ class StudyRuns:
 
         Parameters
         ----------
-        last
+        last : int
             Number of final generations that are averaged in each run, at least 1.
 
         Returns

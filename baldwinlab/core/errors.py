@@ -26,16 +26,16 @@ class ArgumentError(RefusedError):
 
     Parameters
     ----------
-    name
+    name : str
         Name of the argument.
-    value
+    value : object
         The invalid value.
-    rule
+    rule : str
         The rule that the value violates, such as "must be a whole number from 1 to 5".
 
     Attributes
     ----------
-    option
+    option : str
         The message for the command line, with the name of the option.
     """
 

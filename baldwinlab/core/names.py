@@ -45,7 +45,11 @@ DEVICE_NAMES: Final = frozenset(
 
 
 def find_name_fault(name: str) -> str:
-    """Return why a name cannot be a file on every operating system; "" if it can."""
+    """Return why a name cannot be a file on every operating system; "" if it can.
+
+    >>> find_name_fault("evo/con"), find_name_fault("evo/A")
+    ("Windows reserves 'con' for a device", '')
+    """
     for folder in name.split("/"):
         if folder.partition(".")[0].casefold() in DEVICE_NAMES:
             return f"Windows reserves {folder!r} for a device"
@@ -55,7 +59,11 @@ def find_name_fault(name: str) -> str:
 
 
 def find_case_collision(names: Iterable[str]) -> tuple[str, str] | None:
-    """Return two names that differ only in case, which macOS and Windows ignore, or None."""
+    """Return two names that differ only in case, which macOS and Windows ignore, or None.
+
+    >>> find_case_collision(["evo/A", "evo/B", "Evo/A"])
+    ('evo/A', 'Evo/A')
+    """
     name_by_folded: dict[str, str] = {}
     for name in names:
         first_name = name_by_folded.setdefault(name.casefold(), name)
@@ -71,7 +79,11 @@ MAX_SIMILAR: Final = 5
 
 
 def suggest(name: str, valid_names: Iterable[str]) -> str:
-    """Return the end of an error message: ` (did you mean 'x'?); there are x, y`."""
+    """Return the end of an error message: ` (did you mean 'x'?); there are x, y`.
+
+    >>> suggest("tournamnt", ["tournament", "rank"])
+    " (did you mean 'tournament'?); there are tournament, rank"
+    """
     names = list(valid_names)
     return f"{did_you_mean(name, names)}; {list_names(name, names)}"
 

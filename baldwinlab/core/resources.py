@@ -80,7 +80,11 @@ def _require_free(
 
 
 def format_bytes(count: int) -> str:
-    """Return a number of bytes as text with a unit: 44.7 GiB."""
+    """Return a number of bytes as text with a unit: 44.7 GiB.
+
+    >>> format_bytes(1_500_000)
+    '1.4 MiB'
+    """
     largest_power = len(BYTE_UNITS) - 1
     # Each unit is 2**10 times the previous unit.
     exponent_of_2 = max(count, 1).bit_length() - 1

@@ -98,7 +98,7 @@ class BaseExperiment(HashedFields):
 
         Parameters
         ----------
-        changes
+        **changes : object
             New values by name. A dict changes only the settings that it contains.
             The table of a part that is no longer chosen is removed. A setting that is given has
             this value in all generations: its scheduled changes are removed.
@@ -121,7 +121,7 @@ class BaseExperiment(HashedFields):
 
         Parameters
         ----------
-        generation
+        generation : int
             Number of the generation, from 0.
         """
         if not self.schedule:
@@ -257,7 +257,7 @@ class BaseExperiment(HashedFields):
 
         Parameters
         ----------
-        name
+        name : str
             Name of the gene, one of `gene_names`.
         """
         names = self.gene_names
@@ -301,7 +301,7 @@ class BaseExperiment(HashedFields):
 
         Parameters
         ----------
-        path
+        path : str
             Dotted path of the setting, for example "evolution.selection".
 
         Raises
@@ -316,7 +316,7 @@ class BaseExperiment(HashedFields):
 
         Parameters
         ----------
-        path
+        path : str
             Dotted path of the setting, for example "senses.kinds".
 
         Raises

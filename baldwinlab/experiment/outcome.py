@@ -23,6 +23,11 @@ def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
     `meaning`: meaning of the recorded variable `energy`, or "" if the conditions have different
     ones. Foragers have "items eaten" if each item gives 1 and nothing costs energy, else "energy".
     A model without food has the name `meaning`. A fitness that a part defines is "fitness".
+
+    >>> name_outcome("payoff of the strategy", [])
+    'payoff of the strategy'
+    >>> name_outcome("fitness of the part novelty", [])
+    'fitness'
     """
     if not meaning or meaning.startswith(FITNESS + " "):
         return FITNESS
@@ -33,7 +38,12 @@ def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
 
 
 def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
-    """Return the name of the fitness of conditions, from the experiments instead of records."""
+    """Return the name of the fitness of conditions, from the experiments instead of records.
+
+    >>> evo = Experiment(world={"food": [{"x": [0, 9], "y": [0, 9], "count": 1}]})
+    >>> name_food_outcome([evo]), name_food_outcome([evo.replace(learning={"cost_per_step": 1})])
+    ('items eaten', 'energy')
+    """
     is_energy = all(
         isinstance(experiment, Experiment) and segment.evolution.fitness == "energy"
         for experiment in experiments
@@ -43,7 +53,11 @@ def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
 
 
 def combine_outcomes(outcomes: Set[str]) -> str:
-    """Return the common outcome of several conditions from the outcomes of all conditions."""
+    """Return the common outcome of several conditions from the outcomes of all conditions.
+
+    >>> combine_outcomes({"items eaten", "energy"}), combine_outcomes({"energy", "payoff"})
+    ('energy', 'fitness')
+    """
     if len(outcomes) == 1:
         return next(iter(outcomes))
     return ENERGY if outcomes <= set(FOOD_OUTCOMES) else FITNESS
@@ -72,20 +86,32 @@ def _has_plain_features(experiment: Experiment) -> bool:
 
 
 def name_outcome_of(outcome: str, agent: str) -> str:
-    """Return the outcome of an agent, such as "items eaten by the average agent"."""
+    """Return the outcome of an agent.
+
+    >>> name_outcome_of("items eaten", "average agent"), name_outcome_of("energy", "best agent")
+    ('items eaten by the average agent', 'energy of the best agent')
+    """
     preposition = "by" if outcome == ITEMS else "of"
     return f"{outcome} {preposition} the {agent}"
 
 
 def name_share(outcome: str) -> str:
-    """Return the name of the share of agents with a positive outcome."""
+    """Return the name of the share of agents with a positive outcome.
+
+    >>> name_share("items eaten"), name_share("payoff")
+    ('share of agents that eat', 'share of agents with fitness above 0')
+    """
     if outcome in FOOD_OUTCOMES:
         return "share of agents that eat"
     return "share of agents with fitness above 0"
 
 
 def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
-    """Return the texts `name`, `axis`, `heading` and `title` of the measures mean, best, share."""
+    """Return the texts `name`, `axis`, `heading` and `title` of the measures mean, best, share.
+
+    >>> describe_measures("items eaten")["best"]["title"]
+    'Items eaten by the best agent'
+    """
     share = name_share(outcome)
     agents = {"mean": "average agent", "best": "best agent"}
     texts = {
@@ -118,5 +144,9 @@ def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[s
 
 
 def capitalize(text: str) -> str:
-    """Return a text with an upper-case first letter. The other letters do not change."""
+    """Return a text with an upper-case first letter. The other letters do not change.
+
+    >>> capitalize("items eaten by NEAT")
+    'Items eaten by NEAT'
+    """
     return f"{text[:1].upper()}{text[1:]}"

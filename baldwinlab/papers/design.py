@@ -202,7 +202,11 @@ def name_matched_control(condition: str, kind: str) -> str:
 
 
 def join_map(condition: str, map_name: str) -> str:
-    """Return the name of a condition on a map; `map_name` is "" if the paper has no maps."""
+    """Return the name of a condition on a map; `map_name` is "" if the paper has no maps.
+
+    >>> join_map("evo", "A"), join_map("guessing", "")
+    ('evo/A', 'guessing')
+    """
     return f"{condition}/{map_name}" if map_name else condition
 
 

@@ -43,7 +43,7 @@ def test_a_function_lists_and_documents_each_option(function: Any, options: Any)
     documentation = inspect.getdoc(function) or ""
     for field in fields(options):
         assert parameters[field.name].default == field.default
-        assert f"\n{field.name}\n    " in documentation
+        assert f"\n{field.name} : " in documentation
 
 
 @pytest.mark.parametrize(("command", "options"), COMMANDS)

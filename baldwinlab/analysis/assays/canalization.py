@@ -86,7 +86,11 @@ def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 def name_quantity(effect: str, measure: str) -> str:
-    """Return the name of an effect on a kind of fitness in the tables of a report."""
+    """Return the name of an effect on a kind of fitness in the tables of a report.
+
+    >>> name_quantity("loss", "innate")
+    'canalization: loss, innate'
+    """
     return f"{QUANTITY_PREFIX}{effect}, {measure}"
 
 

@@ -38,7 +38,11 @@ def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def name_quantity(effect: str, measure: str) -> str:
-    """Return the name of an effect on a measure in the tables of a report."""
+    """Return the name of an effect on a measure in the tables of a report.
+
+    >>> name_quantity("history", "innate_fitness")
+    'fork: history, innate fitness'
+    """
     return f"{QUANTITY_PREFIX}{effect}, {MEASURES[measure]}"
 
 

@@ -150,7 +150,11 @@ def format_label(value: Any) -> str:
 
 
 def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str:
-    """Return the settings of a cell for a caption."""
+    """Return the settings of a cell for a caption.
+
+    >>> describe_settings({"learning.rate": 0.10}, {"learning.rate": "learning rate"})
+    'learning rate: 0.1'
+    """
     return ", ".join(f"{labels[field]}: {format_label(value)}" for field, value in cell.items())
 
 

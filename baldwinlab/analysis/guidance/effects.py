@@ -16,7 +16,11 @@ LEARNING: Final = "learning"
 
 
 def name_costly(arm: str) -> str:
-    """Return the name of an arm with a cost of learning."""
+    """Return the name of an arm with a cost of learning.
+
+    >>> name_costly("learning")
+    'costly-learning'
+    """
     return f"costly-{arm}"
 
 

@@ -10,7 +10,11 @@ from typing import Any
 
 
 def format_number(value: float) -> str:
-    """Return about three digits, such as "1,235", "12.3" or "1.23"; a dash if not finite."""
+    """Return about three digits, such as "1,235", "12.3" or "1.23"; a dash if not finite.
+
+    >>> format_number(1234.6), format_number(-12.34), format_number(0.001)
+    ('1,235', '−12.3', '0.00')
+    """
     if not math.isfinite(value):
         return "–"
     if value == 0:
@@ -42,7 +46,11 @@ def format_p_value(p: float) -> str:
 
 
 def format_estimate(value: float, low: float, high: float) -> str:
-    """Return "1.20 [1.10, 1.30]": a value and the interval, or "1.20" without an interval."""
+    """Return "1.20 [1.10, 1.30]": a value and the interval, or "1.20" without an interval.
+
+    >>> format_estimate(15.75, 2.88, 44.6)
+    '15.8 [2.88, 44.6]'
+    """
     interval = "" if math.isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
     return f"{format_number(value)}{interval}"
 

@@ -59,8 +59,10 @@ def learner_payoff(between: float, within: float, steps: int, cost: float = 0.0)
 
     Parameters
     ----------
-    between, within, steps
-        Arguments of `tracker_payoff`.
+    between, within : float
+        Persistence b between lives and w within a life, as in `tracker_payoff`.
+    steps : int
+        Number T of steps of a life.
     cost : float
         Cost c of learning in a life.
 
@@ -80,8 +82,10 @@ def cost_threshold(between: float, within: float, steps: int) -> float:
 
     Parameters
     ----------
-    between, within, steps
-        Arguments of `tracker_payoff`.
+    between, within : float
+        Persistence b between lives and w within a life, as in `tracker_payoff`.
+    steps : int
+        Number T of steps of a life.
 
     Returns
     -------

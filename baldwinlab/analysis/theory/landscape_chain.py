@@ -105,8 +105,10 @@ def compute_advantages(fitness: Floats, trials: int = 0) -> Floats:
 
     Parameters
     ----------
-    fitness, trials
-        Arguments of `learn`.
+    fitness : array
+        Fitness of each string, [string].
+    trials : int
+        Number of learning trials in a lifetime.
 
     Returns
     -------

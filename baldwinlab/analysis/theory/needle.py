@@ -70,8 +70,12 @@ def selection_against_unset(
 
     Parameters
     ----------
-    n_unset, trials, cost_of_trials
-        Arguments of `expected_fitness`.
+    n_unset : float
+        Number q of ? in a string, as in `expected_fitness`.
+    trials : int
+        Number T of trials.
+    cost_of_trials : float
+        Cost kappa of the trials.
 
     Returns
     -------
@@ -105,8 +109,10 @@ def balance_of_unset(
     ----------
     loci : int
         Number n of loci.
-    trials, cost_of_trials
-        Arguments of `expected_fitness`.
+    trials : int
+        Number T of trials, as in `expected_fitness`.
+    cost_of_trials : float
+        Cost kappa of the trials.
     mutation_rate : float
         Probability mu of a mutation per locus and birth.
     period : float

@@ -153,12 +153,12 @@ def check_part(
 
     Parameters
     ----------
-    part
+    part : str, pathlib.Path, class or sequence of class
         A file with one or more parts, or a class, or several classes. A child process must be able
         to import the module of a class.
-    requirements
+    requirements : sequence of str
         Names of the requirements to check, from `baldwinlab.api.checks.REQUIREMENTS`. Default: all.
-    seed
+    seed : int
         Seed of the random worlds.
 
     Returns
@@ -170,6 +170,14 @@ def check_part(
     ------
     ArgumentError
         A requirement is unknown, the seed is out of range, or a class cannot be imported.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> for finding in bl.check_part("examples/parts/champion.py", requirements=["fields"]):
+    ...     print(finding)
+    ok: it loads (selection 'champion')
+    ok: its fields have limits and a description
     """
     return list(iterate_findings(part, requirements, seed))
 

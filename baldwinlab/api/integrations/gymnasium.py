@@ -173,9 +173,9 @@ def single_env(
 
     Parameters
     ----------
-    experiment
+    experiment : BaseExperiment
         The experiment, with `population.size` = 1.
-    render_mode
+    render_mode : str or None
         "rgb_array": `render()` returns an image. "human": each step is shown in a window, which
         needs pygame. None: no images.
 
@@ -188,6 +188,14 @@ def single_env(
     ------
     RefusedError
         The experiment has more than one agent, or its model has no steps.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> env = bl.single_env(bl.load("evo/A").replace(population={"size": 1}))
+    >>> observation, _ = env.reset(seed=3)
+    >>> observation.tolist(), env.action_space.n.item()
+    ([0.0, 0.0, 0.0], 3)
     """
     if render_mode == "human":
         return HumanRendering(SingleForager(experiment, "rgb_array"))
@@ -203,11 +211,11 @@ def vector_env(
 
     Parameters
     ----------
-    experiment
+    experiment : BaseExperiment
         The experiment.
-    worlds
+    worlds : int
         Number of worlds, at least 1. World 0 is run 0 of the seed, world 1 is run 1.
-    render_mode
+    render_mode : str or None
         "rgb_array": `render()` returns an image per environment. None: no images.
 
     Returns
@@ -222,6 +230,13 @@ def vector_env(
         `worlds` is less than 1.
     RefusedError
         The model has no steps, or its agents act one after another.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> env = bl.vector_env(bl.load("evo/A"), worlds=2)
+    >>> env.reset(seed=3)[0].shape
+    (40, 3)
     """
     return VectorForagers(experiment, worlds, render_mode)
 

@@ -1,12 +1,4 @@
-"""Objective functions for external optimizers: genomes in, fitness and behavior out.
-
->>> import baldwinlab as bl
->>> experiment = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 10})
->>> problem = bl.make_problem(experiment, seed=3)
->>> genomes = problem.founders(20)
->>> problem.evaluate(genomes).fitness.shape
-(20,)
-"""
+"""Objective functions for external optimizers: genomes in, fitness and behavior out."""
 
 from __future__ import annotations
 
@@ -112,7 +104,7 @@ class Problem:
 
         Parameters
         ----------
-        count
+        count : int
             Number of genomes.
 
         Returns
@@ -135,10 +127,10 @@ class Problem:
 
         Parameters
         ----------
-        genomes
+        genomes : array_like
             Array [genome, weight] or [genome, module, weight]. The number of genomes is a multiple
             of `population.size`.
-        generation
+        generation : int
             Index of the generation, 0 to 2**31 - 1. It selects the random numbers, and the settings
             of an experiment with a schedule.
 
@@ -235,11 +227,11 @@ def make_problem(
 
     Parameters
     ----------
-    experiment
+    experiment : BaseExperiment
         The experiment. The selection and the variation are not used.
-    seed
+    seed : int
         Seed of the simulations, 0 to 2**31 - 1.
-    workers
+    workers : int or None
         Number of threads, at least 1; by default one per core.
 
     Returns
@@ -254,5 +246,12 @@ def make_problem(
     RefusedError
         Genomes are graphs, agents are born during life, or the fitness depends on the earlier
         generations of a run.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> problem = bl.make_problem(bl.load("evo/A").replace(lifetime={"steps": 50}), seed=3)
+    >>> problem.evaluate(problem.founders(20)).fitness.shape
+    (20,)
     """
     return Problem(experiment, seed, workers)

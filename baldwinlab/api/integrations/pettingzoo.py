@@ -126,10 +126,10 @@ def parallel_env(experiment: BaseExperiment, render_mode: str | None = None) -> 
 
     Parameters
     ----------
-    experiment
+    experiment : BaseExperiment
         The experiment. Its learning rule, selection and variation are not used. A generation has
         the settings that the schedule gives to it.
-    render_mode
+    render_mode : str or None
         "rgb_array": `render()` returns an image. None: no images.
 
     Returns
@@ -141,5 +141,13 @@ def parallel_env(experiment: BaseExperiment, render_mode: str | None = None) -> 
     ------
     RefusedError
         The model has no steps, or its agents act one after another.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> env = bl.parallel_env(bl.load("evo/A"))
+    >>> observations, _ = env.reset(seed=3)
+    >>> len(observations), observations[env.agents[0]].tolist()
+    (20, [0.0, 0.0, 0.0])
     """
     return ParallelForagers(experiment, render_mode)
