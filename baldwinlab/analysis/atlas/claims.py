@@ -68,7 +68,7 @@ ABOVE_ZERO: Final[Limits] = (float_info.min, inf)
 BELOW_ZERO: Final[Limits] = (-inf, -float_info.min)
 
 
-class Part(NamedTuple):
+class ClaimPart(NamedTuple):
     """A part of a claim."""
 
     quantity: str  # The estimated quantity.
@@ -142,7 +142,7 @@ def _evaluate_claim(claim: AtlasClaim, maps: Maps) -> AtlasEvaluation:
 Bounds = Mapping[str, float]
 
 
-def _estimate_balance(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_balance(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X1: the residual share of undefined alleles on the needle, and its law."""
     law = LAWS["needle"]
     measured, predicted = law.measured(maps["needle"]).mean("run"), law.predict(maps["needle"])
@@ -150,12 +150,12 @@ def _estimate_balance(maps: Maps, bounds: Bounds) -> list[Part]:
     errors = (cells["measured"] - cells["law"]).to_numpy()
     scope = f"{len(cells)} of {measured.size} cells"
     return [
-        Part(
+        ClaimPart(
             f"mean absolute error in {scope} (mean error {estimate_mean(errors)})",
             estimate_mean(np.abs(errors)),
             (-inf, bounds["error"]),
         ),
-        Part(
+        ClaimPart(
             "Spearman's correlation of cells",
             estimate_spearman(cells["measured"].to_numpy(), cells["law"].to_numpy()),
             (bounds["correlation"], inf),
@@ -163,7 +163,7 @@ def _estimate_balance(maps: Maps, bounds: Bounds) -> list[Part]:
     ]
 
 
-def _estimate_interior_cost(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_interior_cost(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X2: assimilation at intermediate costs minus that at both ends, over models."""
     contrasts: dict[str, list[xr.DataArray]] = {"lowest": [], "highest": []}
     for name, field in COSTS.items():
@@ -181,11 +181,11 @@ def _estimate_interior_cost(maps: Maps, bounds: Bounds) -> list[Part]:
         means = zip(values["model"].values, values.mean("run").values, strict=True)
         by_model = ", ".join(f"{name} {mean:.2g}" for name, mean in means)
         quantity = f"A at intermediate costs minus A at the {end} cost ({by_model})"
-        parts.append(Part(quantity, pool_cells(values), ABOVE_ZERO))
+        parts.append(ClaimPart(quantity, pool_cells(values), ABOVE_ZERO))
     return parts
 
 
-def _estimate_cost_of_bits(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_cost_of_bits(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X3: residual learning against the cost, by selection scheme."""
     bits = maps["nk"][MEASURE_PREFIX + "changed"].mean(K)
     paid = bits.sel({NK_COST: bits[NK_COST] > 0})
@@ -195,12 +195,12 @@ def _estimate_cost_of_bits(maps: Maps, bounds: Bounds) -> list[Part]:
         np.log(paid[NK_COST].values), xr.DataArray(np.log(roulette.where(roulette > 0))), NK_COST
     )
     return [
-        Part(
+        ClaimPart(
             "tournament, bits at the highest minus those at the lowest cost above 0",
             estimate_mean(differences),
             (-bounds["bits"], bounds["bits"]),
         ),
-        Part(
+        ClaimPart(
             "roulette, slope of log bits on log cost",
             slope,
             (-1 - bounds["slope"], -1 + bounds["slope"]),
@@ -208,7 +208,7 @@ def _estimate_cost_of_bits(maps: Maps, bounds: Bounds) -> list[Part]:
     ]
 
 
-def _estimate_gain(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_gain(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X4: the innate response on smooth slopes, by the change of the gain."""
     slope = maps["slope"].sel({SELECTION: ROULETTE})
     response = slope["innate_response"]
@@ -216,9 +216,9 @@ def _estimate_gain(maps: Maps, bounds: Bounds) -> list[Part]:
     change = slope[STEP] * slope[CURVATURE]
     ranked = maps["slope"]["innate_response"].sel({SELECTION: RANK}, drop=True)
     return [
-        Part("I where the gain rises", pool_cells(response.where(change > 0)), ABOVE_ZERO),
-        Part("I where the gain falls", pool_cells(response.where(change < 0)), BELOW_ZERO),
-        Part(
+        ClaimPart("I where the gain rises", pool_cells(response.where(change > 0)), ABOVE_ZERO),
+        ClaimPart("I where the gain falls", pool_cells(response.where(change < 0)), BELOW_ZERO),
+        ClaimPart(
             "I under selection by ranks",
             pool_cells(ranked),
             (-bounds["response"], bounds["response"]),
@@ -226,7 +226,7 @@ def _estimate_gain(maps: Maps, bounds: Bounds) -> list[Part]:
     ]
 
 
-def _estimate_mismatch(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_mismatch(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X5: the mismatch after learning in three regimes of variance."""
     parts = []
     for name, predicted in REGIME_SLOPES.items():
@@ -237,11 +237,11 @@ def _estimate_mismatch(maps: Maps, bounds: Bounds) -> list[Part]:
         strength = -np.log(1 - mismatch[SHARE].values)  # log 1 / (1 - a)
         slope = estimate_slope(strength, log_mismatch, SHARE)
         limits = (predicted - bounds["slope"], predicted + bounds["slope"])
-        parts.append(Part(f"{name}, slope", slope, limits))
+        parts.append(ClaimPart(f"{name}, slope", slope, limits))
     return parts
 
 
-def _estimate_threshold(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_threshold(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X6: the cost at which half of the agents have the learning allele."""
     forager = maps["forager"]
     cost = COSTS["forager"]
@@ -258,7 +258,7 @@ def _estimate_threshold(maps: Maps, bounds: Bounds) -> list[Part]:
     # Without a crossing, the error is that of the largest possible distance.
     distances = np.abs(np.nan_to_num(errors, nan=np.ptp(costs)))
     quantity = f"mean distance of {len(errors)} thresholds from c*"
-    return [Part(quantity, estimate_mean(distances), (-inf, bounds["cost"]))]
+    return [ClaimPart(quantity, estimate_mean(distances), (-inf, bounds["cost"]))]
 
 
 def _find_crossing(costs: Any, frequencies: Any) -> float:
@@ -271,7 +271,7 @@ def _find_crossing(costs: Any, frequencies: Any) -> float:
     return float("nan")
 
 
-def _estimate_correlation(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_correlation(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X7: assimilation against the correlation of genotype and phenotype."""
     share = maps["correlation"]["assimilation"]
     positive = share.sel({CORRELATION: share[CORRELATION] > 0}).mean(NK_COST)
@@ -281,11 +281,11 @@ def _estimate_correlation(maps: Maps, bounds: Bounds) -> list[Part]:
         for values in positive.transpose("run", CORRELATION).values
     ]
     return [
-        Part(
+        ClaimPart(
             "rank correlation of A and the correlation", estimate_mean(np.array(ranks)), ABOVE_ZERO
         ),
         *(
-            Part(
+            ClaimPart(
                 f"A without correlation at a cost of {cost:g}",
                 estimate_mean(share.sel({CORRELATION: 0, NK_COST: cost})),
                 (-bounds["share"], bounds["share"]),
@@ -295,7 +295,7 @@ def _estimate_correlation(maps: Maps, bounds: Bounds) -> list[Part]:
     ]
 
 
-def _estimate_order(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_order(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X8: the order of the models by selection ratio P and by assimilation A."""
     means = {
         name: (float(data["selection_ratio"].mean()), float(data["assimilation"].mean()))
@@ -305,10 +305,10 @@ def _estimate_order(maps: Maps, bounds: Bounds) -> list[Part]:
     ratios, shares = np.array([*defined.values()]).reshape(-1, 2).T
     listed = ", ".join(f"{name} {p:.2f} and {a:.2f}" for name, (p, a) in defined.items())
     quantity = f"Kendall's tau of {len(defined)} maps (P and A: {listed})"
-    return [Part(quantity, estimate_kendall(ratios, shares), (bounds["tau"], inf))]
+    return [ClaimPart(quantity, estimate_kendall(ratios, shares), (bounds["tau"], inf))]
 
 
-def _estimate_fixation(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_fixation(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X9: the loss of the last undefined allele without mutation."""
     unset = maps["needle-size"][MEASURE_PREFIX + "unset"]
     selection = xr.apply_ufunc(
@@ -318,12 +318,12 @@ def _estimate_fixation(maps: Maps, bounds: Bounds) -> list[Part]:
     is_lost = (unset == 0).astype(float)
     above, below = 2 * bounds["product"], bounds["product"] / 2
     return [
-        Part(
+        ClaimPart(
             f"share of runs that have lost it at N s(1) of at least {above:g}",
             limit_to_shares(pool_cells(is_lost.where(products >= above))),
             (0.5, inf),
         ),
-        Part(
+        ClaimPart(
             f"share at N s(1) of at most {below:g}",
             limit_to_shares(pool_cells(is_lost.where(products <= below))),
             (-inf, 0.5),
@@ -337,7 +337,7 @@ def limit_to_shares(interval: MeanInterval) -> MeanInterval:
     return interval._replace(low=low, high=high)
 
 
-def _estimate_fork(maps: Maps, bounds: Bounds) -> list[Part]:
+def _estimate_fork(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     """Estimate X10: effects of history and of learning now on NK landscapes."""
     nk = maps["nk"].sel({SELECTION: TOURNAMENT}, drop=True)
     nk = nk.sel({NK_COST: nk[NK_COST] <= bounds["cost"]})
@@ -346,7 +346,7 @@ def _estimate_fork(maps: Maps, bounds: Bounds) -> list[Part]:
     bound = (-bounds["effect"], bounds["effect"])
     costs = history[NK_COST].values
     changes = [
-        Part(
+        ClaimPart(
             f"history at the cost {cost:g} minus that at {costs[0]:g}",
             pool_cells(rugged.sel({NK_COST: cost}) - rugged.sel({NK_COST: costs[0]})),
             bound,
@@ -354,14 +354,16 @@ def _estimate_fork(maps: Maps, bounds: Bounds) -> list[Part]:
         for cost in costs[1:]
     ]
     return [
-        Part("history, K of at least 5", pool_cells(rugged), ABOVE_ZERO),
-        Part("history, K = 0", pool_cells(history.sel({K: 0})), bound),
+        ClaimPart("history, K of at least 5", pool_cells(rugged), ABOVE_ZERO),
+        ClaimPart("history, K = 0", pool_cells(history.sel({K: 0})), bound),
         *changes,
-        Part("learning now", pool_cells(nk["fork_regime"]), (-inf, 0)),
+        ClaimPart("learning now", pool_cells(nk["fork_regime"]), (-inf, 0)),
     ]
 
 
-EVALUATIONS: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Maps, Bounds], list[Part]]]]] = {
+EVALUATIONS: Final[
+    Mapping[str, tuple[tuple[str, ...], Callable[[Maps, Bounds], list[ClaimPart]]]]
+] = {
     "X1": (("needle",), _estimate_balance),
     "X2": (("needle", "nk"), _estimate_interior_cost),
     "X3": (("nk",), _estimate_cost_of_bits),

@@ -226,9 +226,23 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
 
 
 def log_ratio(a: Sample, b: Sample) -> Sample:
-    """Compute log(a / b). The result is 0 if both values are 0.
+    """Compute the logarithm of a ratio.
 
-    A factor beyond `MAX_CHANGE` counts as `MAX_CHANGE`, so that a value of 0 has a logarithm.
+    Parameters
+    ----------
+    a, b : np.ndarray
+        Numerators and denominators [run], at least 0.
+
+    Returns
+    -------
+    np.ndarray
+        log(a / b) for each run, and 0 where both values are 0. A factor beyond `MAX_CHANGE` counts
+        as `MAX_CHANGE`, so that a value of 0 has a logarithm.
+
+    Examples
+    --------
+    >>> log_ratio(np.array([2.0, 0.0, 0.0]), np.array([1.0, 0.0, 1.0])).round(2).tolist()
+    [0.69, 0.0, -4.61]
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.where((a == 0) & (b == 0), 1.0, a / b)

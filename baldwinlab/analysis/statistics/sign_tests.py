@@ -36,7 +36,23 @@ def sign_tails(samples: Sample) -> tuple[Sample, Sample]:
 
 
 def sign_test(samples: Sample) -> Sample:
-    """Compute the two-sided p-value of the sign test for samples [sample, value]."""
+    """Compute the p-value of the two-sided sign test.
+
+    Parameters
+    ----------
+    samples : np.ndarray
+        Samples of paired differences [sample, value]. Differences of 0 are ignored.
+
+    Returns
+    -------
+    np.ndarray
+        The p-value of each sample. The null hypothesis is that the median is 0.
+
+    Examples
+    --------
+    >>> sign_test(np.array([[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]])).tolist()
+    [0.03125]
+    """
     return np.asarray(np.minimum(1.0, 2 * np.minimum(*sign_tails(samples))), np.float64)
 
 

@@ -25,8 +25,8 @@ from baldwinlab.analysis.atlas.claims import (
     STEP,
     TOURNAMENT,
     TRIALS,
+    ClaimPart,
     K,
-    Part,
     describe_limits,
     evaluate_claims,
     limit_to_shares,
@@ -270,4 +270,4 @@ def test_limits_have_a_text(limits: tuple[float, float], text: str) -> None:
 
 
 def test_an_effect_of_exactly_0_is_not_above_0() -> None:
-    assert Part("an effect", MeanInterval(0, 0, 0, 6), ABOVE_ZERO).verdict == "does not hold"
+    assert ClaimPart("an effect", MeanInterval(0, 0, 0, 6), ABOVE_ZERO).verdict == "does not hold"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.atlas.claims import ABOVE_ZERO, Part
+from baldwinlab.analysis.atlas.claims import ABOVE_ZERO, ClaimPart
 from baldwinlab.analysis.atlas.tables import pool_cells
 from baldwinlab.analysis.estimands.traits import measure_log_fall
 from tests.analysis.gallery.null_systems import LAST, UNSET, draw_founders, evolve_neutral
@@ -64,7 +64,7 @@ def draw_verdicts(draw: Draw, effect: float, n_tables: int) -> list[str]:
             + draw(generator, (N_CELLS, N_RUNS))
         )
         pooled = pool_cells(xr.DataArray(values, dims=("cell of the map", "run")))
-        verdicts.append(Part("effect", pooled, ABOVE_ZERO).verdict)
+        verdicts.append(ClaimPart("effect", pooled, ABOVE_ZERO).verdict)
     return verdicts
 
 
