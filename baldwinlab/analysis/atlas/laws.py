@@ -80,10 +80,15 @@ def _has_needle(data: xr.Dataset) -> xr.DataArray:
 def _predict_bits(data: xr.Dataset) -> xr.DataArray:
     """Return the number of bits that mutation breaks and learning restores.
 
-    The parents are at the only peak (K = 0), because a cost selects against learned bits.
+    The parents are at the only peak (K = 0), because a cost selects against learned bits, and
+    tournaments select strongly.
     """
     n_bits = mutation_supply(BITS, BIT_MUTATION_RATE, BIT_TRIALS)
-    is_derived = (data["nk_climbers.k"] == 0) & (data["nk_climbers.cost_per_bit"] > 0)
+    is_derived = (
+        (data["nk_climbers.k"] == 0)
+        & (data["nk_climbers.cost_per_bit"] > 0)
+        & (data["evolution.selection"] == "larger-tournament")
+    )
     return xr.full_like(is_derived, n_bits, float).where(is_derived)
 
 
@@ -142,7 +147,12 @@ LAWS: Final[Mapping[str, Law]] = {
     "needle-mutation": Law(
         "share of undefined alleles", "unset", _predict_unset_with_drift, FOUND_NEEDLE
     ),
-    "nk": Law("learned bits", "changed", _predict_bits, "cells with K = 0 and a cost above 0"),
+    "nk": Law(
+        "learned bits",
+        "changed",
+        _predict_bits,
+        "cells with K = 0, a cost above 0 and tournament selection",
+    ),
     "optimum-constant": Law(
         "distance after learning",
         "mismatch",
