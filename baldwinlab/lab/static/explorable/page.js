@@ -3,6 +3,7 @@
 import { formatNumber, setText } from "../core/common.js";
 import { Dials } from "./dials.js";
 import { EvolutionFigure } from "./evolution_figure.js";
+import { wait } from "./figure.js";
 import { ForagerFigure } from "./forager_figure.js";
 import { LandscapeFigure } from "./landscape_figure.js";
 import { LessonFigure } from "./lesson_figure.js";
@@ -52,7 +53,12 @@ export async function openEssay(data, code) {
   // A browser prints right after this event, so the pictures are drawn without waiting.
   addEventListener("beforeprint", showStills);
   await recorded.loadLives();
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches) showStills();
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  for (const figure of figures) {
+    figure.showStill();
+    // The page scrolls between two pictures.
+    await wait(0);
+  }
 }
 
 function hasEngine() {
