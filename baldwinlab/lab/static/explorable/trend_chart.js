@@ -152,7 +152,7 @@ export class TrendChart {
   drawMark({ x, text }) {
     const line = { x1: this.placeX(x), x2: this.placeX(x), y1: this.top, y2: this.bottom };
     return [
-      createSvg("line", { class: "mark", ...line }),
+      createSvg("line", { class: "switch", ...line }),
       this.drawText(text, this.placeX(x) - 0.4 * this.size, this.top + this.size, "end"),
     ];
   }
