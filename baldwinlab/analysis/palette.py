@@ -76,6 +76,11 @@ PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "warm": ("#a63a00", "#ff8a3d"),
     "good": ("#00795a", "#2bc295"),
     "on-orange": ("#201600", "#201600"),
+    # Words and parts of the explorable: set at birth, learned in life, wrong, and never learned.
+    "innate": (BLUE, SKY),
+    "learned": (PLUM, "#f08ac8"),
+    "wrong": ("#a63a00", "#ff8a3d"),
+    "control": (GRAY, "#9aa8b6"),
     "notice": ("#ffe9b3", "#4d3c10"),
 }
 

@@ -98,10 +98,10 @@ def test_a_trace_plays_in_the_frame_of_a_notebook(tmp_path: Path) -> None:
 def test_the_explorable_simulates_in_its_file(browser: Firefox, essay: Path) -> None:
     browser.open(essay.as_uri(), 390, 844)
     browser.wait_for("""document.querySelector('[data-value="ring_items"]').textContent > 0""")
-    browser.evaluate("document.querySelector('#both .picture').scrollIntoView()")
-    browser.wait_for(
-        """document.querySelector('#both [data-value="generation"]').textContent > 3"""
-    )
+    for step in ("puzzle", "evolution"):
+        browser.evaluate(f"document.querySelector('#{step} .picture').scrollIntoView()")
+        text = f"""document.querySelector('#{step} [data-value="generation"]').textContent"""
+        browser.wait_for(f"{text} > 3")
     assert browser.evaluate("document.documentElement.scrollWidth") <= 390
     request = {"scene": "learning", "changes": {"evolution.generations": 2}, "run": 1}
     expression = f"window.baldwinlab.simulate({json.dumps(request)}).then(run => [...run.energy])"

@@ -51,43 +51,124 @@ def test_an_agent_moves_and_eats_without_a_click(browser: Browser, essay: Path) 
         expect(page.locator('[data-value="ring_items"]')).not_to_have_text(re.compile("^[…0]$"))
 
 
-def test_the_line_and_the_points_follow_the_dials(page: Page) -> None:
-    section = show(page, "needle")
-    line = section.locator("polyline")
-    before = line.get_attribute("points")
+def test_the_puzzle_shows_its_end_and_keeps_earlier_runs(page: Page) -> None:
+    section = show(page, "puzzle")
+    button = section.get_by_role("button", name=STRINGS["labels"]["end"])
+    button.click()
+    expect(section.locator(".play")).to_have_text("Start again")
+    assert read_value(section, "generation") == explorable.PUZZLE_GENERATIONS - 1
+    assert read_value(section, "right") > read_value(section, "open") + 30
+    assert section.locator("canvas").evaluate(COUNT_PIXELS) > 100
+    expect(section.locator(".earlier")).to_have_count(0)
+    # Without guesses, nothing happens. The run before is still visible, as pale lines.
+    drag(section, "trials", 0)
+    expect(section.locator('[data-value="run"]')).to_have_text("2")
+    expect(section.locator(".earlier")).to_have_count(4)
+    button.click()
+    expect(section.locator(".play")).to_have_text("Start again")
+    assert read_value(section, "right") < 35
+
+
+def test_the_theory_follows_the_dials(page: Page) -> None:
+    section = show(page, "changing")
     share = read_value(section, "theory")
     drag(section, "cost", 0)
-    expect(line).not_to_have_attribute("points", before or "")
+    theory = section.locator('[data-value="theory"]')
+    expect(theory).not_to_have_text(f"{share:g} %")
     assert read_value(section, "theory") > share
     period = section.get_by_role("slider", name=STRINGS["dials"]["period"])
     period.focus()
-    page.keyboard.press("Home")
-    expect(period).to_have_attribute("aria-valuetext", str(explorable.NEEDLE_PERIODS[0]))
+    page.keyboard.press("End")
+    expect(period).to_have_attribute("aria-valuetext", STRINGS["figures"]["never_changes"])
 
 
-def test_learning_on_and_off_start_equal_and_end_apart(page: Page) -> None:
+def test_the_fork_on_landscapes_shows_hiding_and_guiding(page: Page) -> None:
+    section = show(page, "landscape")
+    section.get_by_role("button", name=STRINGS["labels"]["end"]).click()
+    expect(section.locator('[data-value="hidden"]')).to_have_text(re.compile(r"^−\d"))
+    expect(section.locator('[data-value="guided"]')).to_have_text(re.compile(r"^\+\d"))
+
+
+def test_the_lessons_move_weights_and_change_the_action(page: Page) -> None:
     section = show(page, "learning")
-    expect(section.locator('[data-value="on"]')).not_to_have_text("…")
-    page.wait_for_function(
-        """() => Number(document.querySelector('#learning [data-value="on"]').textContent) >
-          100 + Number(document.querySelector('#learning [data-value="off"]').textContent)"""
-    )
+    read_value(section, "lesson")
+    section.get_by_role("button", name=STRINGS["labels"]["end"]).click()
+    expect(section.locator(".play")).to_have_text("Start again")
+    assert read_value(section, "lesson") == explorable.STEPS
+    before, after, target = (read_value(section, name) for name in ("before", "after", "target"))
+    assert before < after < target
+    assert section.locator(".moved").count() > 10
+    ahead = STRINGS["figures"]["go_ahead"]
+    cells = section.locator("tbody tr, table > tr").locator("td").all_inner_texts()
+    assert cells[::2] == [ahead] * 4 and ahead not in cells[1::2]
+
+
+def test_dragging_a_number_changes_it(page: Page) -> None:
+    section = show(page, "agent")
+    number = section.locator(".dial-value").first
+    before = float(number.inner_text())
+    box = read_box(number)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y)
+    page.mouse.up()
+    assert float(number.inner_text()) > before
+    slider = section.get_by_role("slider").first
+    assert float(slider.input_value()) == float(number.inner_text())
+    # A press on the slider selects its value.
+    box = read_box(slider)
+    page.mouse.click(box["x"] + box["width"] - 2, box["y"] + box["height"] / 2)
+    assert float(number.inner_text()) == explorable.DIALS["visual_radius"].maximum
+
+
+def test_a_vertical_swipe_scrolls_and_changes_no_dial(browser: Browser, essay: Path) -> None:
+    with open_essay(browser, essay, 390, 844, has_touch=True, is_mobile=True) as page:
+        slider = page.get_by_role("slider").first
+        before = slider.input_value()
+        box = read_box(slider)
+        swipe(page, box["x"] + box["width"] - 4, box["y"] + box["height"] / 2, 0, -200)
+        page.wait_for_function("scrollY > 0")
+        assert slider.input_value() == before
+        page.evaluate("scrollTo(0, 0)")
+        swipe(page, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, 40, 0)
+        expect(slider).not_to_have_value(before)
+
+
+def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
+    """Move a finger in ten steps."""
+    session = page.context.new_cdp_session(page)
+    for step in range(11):
+        point = {"x": x + right * step / 10, "y": y + down * step / 10}
+        kind = "touchMove" if step else "touchStart"
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_in_landscape_text_and_picture_share_the_screen(browser: Browser, essay: Path) -> None:
+    with open_essay(browser, essay, 844, 390) as page:
+        for step in ("agent", "puzzle", "landscape"):
+            page.locator(f"#{step}").evaluate("section => section.scrollIntoView()")
+            words = read_box(page.locator(f"#{step} .words"))
+            picture = read_box(page.locator(f"#{step} .picture"))
+            assert words["x"] + words["width"] <= picture["x"]
+            assert abs(words["y"] - picture["y"]) < 40 and picture["y"] < 390 / 2
 
 
 def test_a_question_gives_feedback(page: Page) -> None:
-    question = page.get_by_role("group", name=STRINGS["steps"][0]["question"]["text"])
+    text = STRINGS["steps"][1]["question"]
+    question = page.get_by_role("group", name=text["text"])
     feedback = question.get_by_role("status")
-    options = STRINGS["steps"][0]["question"]["options"]
-    question.get_by_label(options[0]).check()
-    expect(feedback).to_have_text(STRINGS["steps"][0]["question"]["wrong"])
+    question.get_by_label(text["options"][0]).check()
+    expect(feedback).to_have_text(text["wrong"])
     page.keyboard.press("ArrowDown")
-    expect(feedback).to_have_text(STRINGS["steps"][0]["question"]["right"])
+    expect(feedback).to_have_text(text["right"])
 
 
 def test_only_the_picture_in_sight_plays(page: Page) -> None:
     canvas = page.locator("#agent canvas")
     expect(page.locator("#agent .play")).to_have_text("Pause")
-    show(page, "needle")
+    show(page, "landscape")
     draw_frames(page)
     picture = canvas.evaluate(READ_PICTURE)
     draw_frames(page)
@@ -100,7 +181,7 @@ def test_reduced_motion_shows_still_pictures_with_a_play_button(
     with open_essay(browser, essay, reduced_motion="reduce") as page:
         canvas = page.locator("#agent canvas")
         expect(page.locator("#agent .play")).to_have_text("Play")
-        expect(page.locator('#both [data-value="learning"]')).not_to_have_text("…")
+        expect(page.locator('#foragers [data-value="learning"]')).not_to_have_text("…")
         picture = canvas.evaluate(READ_PICTURE)
         draw_frames(page)
         assert canvas.evaluate(READ_PICTURE) == picture
@@ -114,25 +195,30 @@ def test_reduced_motion_shows_still_pictures_with_a_play_button(
 def test_without_webassembly_the_page_shows_recorded_runs(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, script="delete globalThis.WebAssembly") as page:
         expect(page.get_by_text(STRINGS["page"]["no_engine"])).to_be_visible()
-        section = show(page, "both")
+        section = show(page, "foragers")
+        section.get_by_role("button", name=STRINGS["labels"]["end"]).click()
         expect(section.locator(".play")).to_have_text("Start again")
         expected = np.mean(
-            [run[explorable.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["learning"]]
+            [run[explorable.FORK_GENERATION - 1] for run in RECORDINGS["curves"]["forked"]]
         )
         assert read_value(section, "learning") == pytest.approx(expected, rel=0.01)
-        expect(page.locator("#both input[type=range]").first).to_be_disabled()
+        expect(section.locator("input[type=range]").first).to_be_disabled()
+        for name in (STRINGS["editor"]["run"], STRINGS["labels"]["end"]):
+            expect(page.locator("#yours").get_by_role("button", name=name)).to_be_disabled()
+        # The strings need no WebAssembly.
+        expect(page.locator("#puzzle input[type=range]")).to_be_enabled()
 
 
 def test_without_scripts_the_texts_are_readable(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, java_script_enabled=False) as page:
         for step in STRINGS["steps"]:
-            expect(page.get_by_text(step["notice"])).to_be_visible()
+            expect(page.locator(f"#{step['id']} .notice")).to_be_visible()
 
 
 @pytest.mark.parametrize("width", [320, 390, 768, 1280, 1920, 3840])
 def test_the_page_fits_its_window(browser: Browser, essay: Path, width: int) -> None:
     with open_essay(browser, essay, width, reduced_motion="reduce") as page:
-        expect(page.locator('#both [data-value="learning"]')).not_to_have_text("…")
+        expect(page.locator('#foragers [data-value="learning"]')).not_to_have_text("…")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         canvas = read_box(page.locator("#agent canvas"))
         assert canvas["width"] >= 0.4 * min(width, 1920) - 30
@@ -143,17 +229,23 @@ def test_the_page_has_no_barriers(
     browser: Browser, essay: Path, scheme: Literal["light", "dark"]
 ) -> None:
     with open_essay(browser, essay, color_scheme=scheme, reduced_motion="reduce") as page:
-        expect(page.locator('#both [data-value="learning"]')).not_to_have_text("…")
+        expect(page.locator('#foragers [data-value="learning"]')).not_to_have_text("…")
         page.locator("#yours summary").click()
         assert find_violations(page) == []
 
 
 def test_the_printed_page_contains_the_pictures(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay) as page:
+        # The map of step 1 plays, so the lifetimes are decoded.
+        expect(page.locator('[data-value="ring_items"]')).not_to_have_text("…")
         assert page.pdf(format="A4").startswith(b"%PDF")
-        for step in ("agent", "evolution", "learning", "both", "controls", "innate"):
+        for step in ("agent", "evolution", "puzzle", "changing"):
             canvas = page.locator(f"#{step} canvas").first
             assert canvas.evaluate(COUNT_PIXELS) > 100, step
+        for step in ("evolution", "puzzle", "changing", "landscape", "foragers"):
+            corners = page.locator(f"#{step} polyline.curve").last.get_attribute("points")
+            assert len((corners or "").split()) > 20, step
+        expect(page.locator("#learning .moved").first).to_be_attached()
 
 
 def make_own_map() -> dict[str, Any]:
@@ -232,7 +324,11 @@ def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
         expect(section.locator("pre")).to_contain_text("world.walls.boxes")
         section.get_by_role("button", name="Run").click()
         expect(section.locator("figcaption")).to_contain_text("Generation 1")
-        section.get_by_role("button", name=STRINGS["editor"]["link"]).click()
+        button = section.get_by_role("button", name=STRINGS["editor"]["link"])
+        button.click()
+        # The run goes on, and the reader learns that the address is that of a file.
+        expect(section).to_contain_text(STRINGS["editor"]["copied_file"])
+        expect(section.locator("figcaption")).to_contain_text("Generation 2")
         fragment = page.evaluate("location.hash")
         command = section.locator("pre").inner_text()
     with open_essay(browser, essay, fragment=fragment) as page:
@@ -280,7 +376,7 @@ TEXTS = """() => {
         ...elements.flatMap((element) => attributes.map((name) => element.getAttribute(name))),
     ].filter(Boolean);
 }"""
-PIECE = re.compile(r"\{\w+\}|[^\W\d_]+")
+PIECE = re.compile(r"\{\w+(?:\||\})|[^\W\d_]+")
 
 
 def translate(value: Any) -> Any:
@@ -314,19 +410,14 @@ def test_a_translated_file_leaves_no_english_word_or_number(
 ) -> None:
     with open_essay(browser, write_translation(tmp_path)) as page:
         assert page.evaluate("document.documentElement.lang") == "de"
-        for step in ("evolution", "both", "needle"):
+        for step in ("evolution", "puzzle", "changing", "landscape", "foragers"):
             section = show(page, step)
             expect(section.locator("[data-value]").first).not_to_have_text("Ж")
-            section.locator("input[type=radio]").first.check()
-        both = show(page, "both")
-        read_value(both, "generation")
-        # The keyboard selects a run, which a screen reader announces.
-        for key in ("Home", "ArrowUp"):
-            both.locator(".chart-plot").press(key)
-        expect(both.locator(".picture [role=status]")).to_have_text(re.compile(r"Ж, Ж \d, Ж 0: "))
+        page.locator("#puzzle input[type=radio]").first.check()
+        lesson = show(page, "learning")
         # The browser is English.
-        expect(both.locator(".dial-value", has_text="0,01")).to_have_count(1)
-        expect(both.locator(".chart-value").first).to_have_text(re.compile(r"^\d+,\d$"))
+        expect(lesson.locator(".dial-value", has_text="0,01")).to_have_count(1)
+        expect(lesson.locator('[data-value="before"]')).to_have_text(re.compile(r"^0,\d{4}$"))
         editor = show(page, "yours")
         editor.locator("summary").click()
         editor.get_by_role("button").nth(1).click()

@@ -1,8 +1,8 @@
 """The explorable: an essay in one HTML file. The pictures of the essay simulate in the browser.
 
-The experiments (scenes) are conditions of `le-2019` on map A. Lifetimes have a fifth of the steps,
-so that a browser simulates a run in about a second. The figure of the needle, a model without a
-world, shows stored results.
+The experiments with foragers (scenes) are conditions of `le-2019` on map A. Lifetimes have a fifth
+of the steps, so that a browser simulates a run in about a second. The strings that guess and the
+strings that climb landscapes are models in JavaScript, which tests compare with those of Python.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
 from baldwinlab.papers import presets
 
 FIRST_MODULE: Final = "explorable/page.js"
-STYLES: Final = ("vendor/uPlot.min.css", "base.css", "explorable/explorable.css")
+STYLES: Final = ("base.css", "explorable/explorable.css")
 STRINGS_FILE: Final = Path(__file__).parent / "strings.toml"
 RECORDINGS_FILE: Final = Path(__file__).parent / "recordings.json"
 MAX_PAGE_BYTES: Final = 1_500_000
@@ -37,30 +37,35 @@ MAX_PAGE_BYTES: Final = 1_500_000
 PROGRAMS: Final = (
     "none-simultaneous",
     "self-taught-simultaneous",
-    "random-targets-simultaneous",
     "none-walls-patches",
     "self-taught-walls-patches",
 )
-# Settings of the moving needle from which the page computes a law.
-NEEDLE_SETTINGS: Final = ("loci", "trials", "redrawn_loci")
-_PLACEHOLDER: Final = re.compile(r"\{(\w+)\}")
+# A piece of a text in braces: "{food}" or "{innate|at birth}".
+_PLACEHOLDER: Final = re.compile(r"\{(\w+)(?:\|([^}]*))?\}")
+# The words of these meanings have the color of the parts of the pictures with the same meaning.
+MEANINGS: Final = ("innate", "learned", "wrong", "control", "eaten")
 SEED: Final = 7
-RUNS: Final = 5
+RUNS: Final = 20
 STEPS: Final = 1000
 # Number of generations of a run. At the generation of the fork, learning is switched off in a copy
 # of the run.
 GENERATIONS: Final = 100
 FORK_GENERATION: Final = 60
-# The final comparison averages this number of generations at the end of a run.
-LAST_GENERATIONS: Final = 10
-# The lifetime that the first map shows. In this lifetime, agents eat early and often.
-FIRST_RUN: Final = 3
+# Number of generations of a run on a map.
+EVOLUTION_GENERATIONS: Final = 40
+# The lifetime of the first map: the first run, so that it is not selected by its result.
+FIRST_RUN: Final = 0
 FIRST_GENERATION: Final = 20
-# The moving needle is a peak of fitness that moves every PERIOD generations. The file of recordings
-# has results of these costs of a trial, these periods, and this number of runs.
+# The choices of the reader for the strings that guess. A period of 0: the world never changes.
+NEEDLE_TRIALS: Final = (0, 100, 1000, 10_000)
 NEEDLE_COSTS: Final = (0.25, 0.5, 1.0, 1.5, 2.0)
-NEEDLE_PERIODS: Final = (2, 5, 10, 20, 50, 100)
-NEEDLE_RUNS: Final = 3
+NEEDLE_PERIODS: Final = (2, 5, 10, 20, 50, 100, 0)
+PUZZLE_GENERATIONS: Final = 51
+CHANGING_GENERATIONS: Final = 201
+# Number of landscapes on which strings climb, and generations before and after the fork.
+LANDSCAPES: Final = 40
+CLIMBING_GENERATIONS: Final = 100
+CLIMBING_GENERATIONS_AFTER: Final = 20
 
 
 class Dial(NamedTuple):
@@ -80,11 +85,12 @@ DIALS: Final[Mapping[str, Dial]] = {
     "mutation_rate": Dial(5, 0, 30, 1, "evolution.mutation_rate"),
     "agents": Dial(20, 4, 40, 2, "population.size"),
     "rate": Dial(0.01, 0, 0.1, 0.005, "learning.rate"),
-    "runs": Dial(RUNS, 1, RUNS, 1),
-    "fork": Dial(FORK_GENERATION, 10, 80, 10),
-    # The values are indices into `NEEDLE_COSTS` and `NEEDLE_PERIODS`.
+    # The values of the next three are indices of the choices above.
+    "trials": Dial(2, 0, len(NEEDLE_TRIALS) - 1, 1),
     "cost": Dial(2, 0, len(NEEDLE_COSTS) - 1, 1),
     "period": Dial(2, 0, len(NEEDLE_PERIODS) - 1, 1),
+    "k": Dial(6, 0, 11, 1, "nk_climbers.k"),
+    "fork": Dial(FORK_GENERATION, 10, 80, 10),
 }
 
 
@@ -92,19 +98,12 @@ DIALS: Final[Mapping[str, Dial]] = {
 def make_scenes() -> Mapping[str, Experiment]:
     """Return the experiments of the page by name.
 
-    `map` is the experiment for a map that the reader draws. A browser can simulate all scenes
-    except `yoked`, which shows recordings.
+    `map` is the experiment for a map that the reader draws.
     """
-    conditions = {
-        "alone": "evo/A",
-        "learning": "evo+self-taught/A",
-        "random": "evo+random-targets/A",
-    }
-    scenes = {name: _shorten(presets.load(condition)) for name, condition in conditions.items()}
-    learning = scenes["learning"]
+    learning = _shorten(presets.load("evo+self-taught/A"))
     return {
-        **scenes,
-        "yoked": learning.replace(name="yoked", learning={"control": "yoked"}),
+        "alone": _shorten(presets.load("evo/A")),
+        "learning": learning,
         "map": learning.replace(name="map", world={"features": MAP_FEATURES}),
     }
 
@@ -116,11 +115,21 @@ def make_forked_scene() -> Experiment:
     )
 
 
+def make_puzzle() -> BaseExperiment:
+    """Return the experiment of Hinton and Nowlan."""
+    return presets.load("guessing")
+
+
 def make_needle(cost: float, period: int) -> BaseExperiment:
-    """Return the moving needle with a cost of trials and a period. 0: the needle never moves."""
+    """Return strings with a cost of trials in a changing world. 0: the world never changes."""
     return presets.load("guessing/every-10").replace(
         moving_needle={"cost_of_trials": cost, "period": period}
     )
+
+
+def make_climbers() -> BaseExperiment:
+    """Return strings of 12 bits that climb rugged landscapes."""
+    return presets.load("climbing/rugged").replace(nk_climbers={"bits": 12, "k": 6})
 
 
 def _shorten(experiment: BaseExperiment) -> Experiment:
@@ -153,13 +162,11 @@ def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
 
 def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
     """Return the data of the page. The type `PageData` in explorable/source.js describes it."""
-    needle = make_needle(1.0, 0).to_dict()
     return {
         "version": __version__,
         "seed": SEED,
-        "runs": RUNS,
         "fork_generation": FORK_GENERATION,
-        "last_generations": LAST_GENERATIONS,
+        "evolution_generations": EVOLUTION_GENERATIONS,
         "first_life": {"run": FIRST_RUN, "generation": FIRST_GENERATION},
         "scenes": {
             name: {
@@ -172,13 +179,48 @@ def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
             _make_program(name) for name in PROGRAMS if (MODULES_FOLDER / f"{name}.wasm").exists()
         ],
         "recordings": json.loads(RECORDINGS_FILE.read_text("utf-8")),
-        "needle": {
-            "costs": NEEDLE_COSTS,
-            "periods": NEEDLE_PERIODS,
-            "mutation_rate": needle["evolution"]["mutation_rate"],
-            **{name: needle["moving_needle"][name] for name in NEEDLE_SETTINGS},
-        },
+        "needle": _collect_needle(),
+        "climbers": _collect_climbers(),
         "strings": {name: strings[name] for name in ("labels", "figures", "editor")},
+    }
+
+
+def _collect_needle() -> dict[str, Any]:
+    """Return the settings of the strings that guess: `NeedleSettings` in needle_model.js."""
+    puzzle, changing = make_puzzle().to_dict(), make_needle(1.0, 0).to_dict()
+    model = puzzle["hinton_nowlan"]
+    return {
+        "settings": {
+            "agents": puzzle["population"]["size"],
+            "loci": model["loci"],
+            "trials": model["trials"],
+            "cost": model["cost_of_trials"],
+            "mutation_rate": puzzle["evolution"]["mutation_rate"],
+            "period": 0,
+            "redrawn_loci": changing["moving_needle"]["redrawn_loci"],
+        },
+        "trials": NEEDLE_TRIALS,
+        "costs": NEEDLE_COSTS,
+        "periods": NEEDLE_PERIODS,
+        "mutation_rate": changing["evolution"]["mutation_rate"],
+        "puzzle_generations": PUZZLE_GENERATIONS,
+        "changing_generations": CHANGING_GENERATIONS,
+    }
+
+
+def _collect_climbers() -> dict[str, Any]:
+    """Return the settings of the strings on landscapes: `ClimberSettings` in landscape_model.js."""
+    experiment = make_climbers().to_dict()
+    model = experiment["nk_climbers"]
+    return {
+        "settings": {
+            "agents": experiment["population"]["size"],
+            **{name: model[name] for name in ("bits", "k", "trials")},
+            "mutation_rate": experiment["evolution"]["mutation_rate"],
+        },
+        "landscapes": LANDSCAPES,
+        "fork_generation": CLIMBING_GENERATIONS,
+        "generations_after": CLIMBING_GENERATIONS_AFTER,
     }
 
 
@@ -202,24 +244,33 @@ def _make_plan(experiment: Experiment) -> dict[str, Any]:
 
 
 def _list_steps(strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the steps of the essay. Each paragraph becomes a list of the pieces of its text."""
+    """Yield the steps of the essay. Each text becomes a list of its pieces."""
     for step in strings["steps"]:
-        yield {**step, "paragraphs": [list(_split_text(text, strings)) for text in step["text"]]}
+        yield {
+            **step,
+            "paragraphs": [list(_split_text(text, strings)) for text in step["text"]],
+            "shown": list(_split_text(step["shown"], strings)),
+            "notice": list(_split_text(step["notice"], strings)),
+        }
 
 
 def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the pieces of a text: words, dials, and values that the page computes.
+    """Yield the pieces of a text: words, colored words, dials, and values of the page.
 
-    In a text, "{food}" stands for the dial `food`, and any other name in braces for a value.
+    In a text, "{innate|at birth}" stands for words in the color of a meaning, "{food}" for the dial
+    `food`, and any other name in braces for a value that the page computes.
     """
-    # `split` returns words and names alternately, because the pattern has a group.
-    for index, piece in enumerate(_PLACEHOLDER.split(text)):
-        if index % 2 == 0:
-            yield {"words": piece}
-        elif piece in DIALS:
-            yield {"dial": piece, "label": strings["dials"][piece], **_format_dial(piece)}
+    # `split` returns words, names and colored words in turn, because the pattern has two groups.
+    pieces = iter(_PLACEHOLDER.split(text))
+    yield {"words": next(pieces)}
+    for name, colored_words, words in zip(pieces, pieces, pieces, strict=True):
+        if name in MEANINGS:
+            yield {"words": colored_words, "meaning": name}
+        elif name in DIALS:
+            yield {"dial": name, "label": strings["dials"][name], **_format_dial(name)}
         else:
-            yield {"value": piece}
+            yield {"value": name}
+        yield {"words": words}
 
 
 def _format_dial(name: str) -> dict[str, str]:

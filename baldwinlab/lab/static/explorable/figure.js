@@ -1,18 +1,21 @@
-/** A picture of the essay, which plays while it is in sight, with its maps and dials. */
+/** A picture of the essay, which plays while it is in sight, with its controls. */
 
-import { createButton, el, formatNumber, setText } from "../core/common.js";
-import { WorldView } from "../world/world_view.js";
+import { createButton, createSelect, el } from "../core/common.js";
 import { Player } from "../world/player.js";
 
 // Milliseconds after the last change of a dial.
 const DIAL_DELAY = 200;
+// Factors of the speed, with their texts.
+const SPEEDS = { slow: 0.5, normal: 1, fast: 5 };
+// Milliseconds of computation between two pictures, while a run goes to its end.
+const MAX_COMPUTATION = 40;
 
 /**
  * @typedef {object} Context
  * @property {import("./source.js").LiveSource|import("./source.js").RecordedSource} source
  * @property {import("./source.js").RecordedSource} recorded
  * @property {import("./source.js").PageData} data
- * @property {Dials} dials of the step
+ * @property {import("./dials.js").Dials} dials of the step
  * @property {(name: string, text: string) => void} setValue shows a value in the text of the step
  */
 export class Figure {
@@ -38,14 +41,27 @@ export class Figure {
     this.round = 0;
     // Whether a run starts when the figure plays.
     this.isNew = true;
-    this.button = createButton("", () => this.toggle(), { class: "play" });
-    this.bar = el("div", { class: "picture-bar" }, this.button);
+    this.speed = SPEEDS.normal;
+    // Whether the run goes to its end without pauses.
+    this.isSkipping = false;
+    this.bar = this.createBar();
     this.showButton();
     let timer = 0;
     this.dials.listen(() => {
       clearTimeout(timer);
       timer = setTimeout(() => this.restart(), DIAL_DELAY);
     });
+  }
+
+  createBar() {
+    const { labels } = this;
+    this.button = createButton("", () => this.toggle(), { class: "play" });
+    this.endButton = createButton(labels.end, () => this.skip(), { class: "end" });
+    const speeds = Object.keys(SPEEDS).map((name) => [name, labels[name]]);
+    const speed = createSelect(speeds, "normal", (name) => this.setSpeed(SPEEDS[name]), {
+      "aria-label": labels.speed,
+    });
+    return el("div", { class: "picture-bar" }, this.button, speed, this.endButton);
   }
 
   get isPlaying() {
@@ -58,6 +74,10 @@ export class Figure {
     this.update();
   }
 
+  setSpeed(speed) {
+    this.speed = speed;
+  }
+
   toggle() {
     if (this.hasEnded) return this.restart();
     this.wantsPlay = !this.wantsPlay;
@@ -66,10 +86,16 @@ export class Figure {
 
   /** Start again with the current numbers of the dials. */
   restart() {
-    this.hasEnded = false;
+    this.hasEnded = this.isSkipping = false;
     this.wantsPlay = true;
     this.update();
     this.play();
+  }
+
+  /** Show the end of the run. */
+  skip() {
+    this.isSkipping = this.wantsPlay = true;
+    this.update();
   }
 
   /** Run a new round, and show that it failed. */
@@ -101,12 +127,14 @@ export class Figure {
   /** Show that the round is complete. */
   end() {
     this.hasEnded = true;
+    this.isSkipping = false;
     this.showButton();
   }
 
   showButton() {
     const { play, pause, restart } = this.labels;
     this.button.textContent = this.hasEnded ? restart : this.wantsPlay ? pause : play;
+    this.endButton.disabled = this.hasEnded || this.button.disabled;
   }
 
   setStatus(text) {
@@ -122,8 +150,54 @@ export class Figure {
   /** React to play and pause. Overridden. */
   onPlaying(_isPlaying) {}
 
-  /** Show a still picture: recorded results, for paper and reduced motion. Overridden. */
-  async showStill() {}
+  /** Show a still picture at once: recorded results, for paper and reduced motion. Overridden. */
+  showStill() {}
+}
+
+/** A picture of a run whose generations are computed on the page, one by one. */
+export class RunFigure extends Figure {
+  // Milliseconds between two generations at normal speed.
+  interval = 50;
+  // Number of generations.
+  generations = 1;
+
+  /** Prepare a run. Overridden. */
+  start() {}
+
+  /** Compute and show a generation. Overridden. */
+  advance(_generation) {}
+
+  /** Show the results of the run. Overridden. */
+  finish() {}
+
+  /** Draw at once. Overridden. */
+  draw() {}
+
+  async run(mayContinue) {
+    this.start();
+    let lastPause = performance.now();
+    for (let generation = 0; generation < this.generations; generation++) {
+      if (!(await mayContinue())) return;
+      this.advance(generation);
+      if (this.isSkipping && performance.now() - lastPause < MAX_COMPUTATION) continue;
+      await wait(this.isSkipping ? 0 : this.interval / this.speed);
+      lastPause = performance.now();
+    }
+    this.finish();
+    this.end();
+  }
+
+  showStill() {
+    if (!this.isNew) return;
+    this.start();
+    for (let generation = 0; generation < this.generations; generation++) this.advance(generation);
+    this.finish();
+    this.draw();
+  }
+}
+
+export function wait(milliseconds) {
+  return new Promise((resolve) => setTimeout(resolve, milliseconds));
 }
 
 /** Insert values into a text with {name}. */
@@ -131,133 +205,12 @@ export function formatText(text, values) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
 }
 
-export class Dials {
-  /**
-   * @param {HTMLElement} section
-   * @param {(name: string, value: number) => string} format shows a number
-   */
-  constructor(section, format) {
-    /** @type {Map<string, HTMLInputElement>} */
-    this.inputs = new Map();
-    this.format = format;
-    const inputs = /** @type {NodeListOf<HTMLInputElement>} */ (
-      section.querySelectorAll("[data-dial]")
-    );
-    for (const input of inputs) {
-      this.inputs.set(input.dataset.dial, input);
-      input.addEventListener("input", () => this.show(input));
-      this.show(input);
-    }
-  }
-
-  show(input) {
-    const text = this.format(input.dataset.dial, Number(input.value));
-    input.previousElementSibling.textContent = text;
-    input.setAttribute("aria-valuetext", text);
-  }
-
-  read(name) {
-    return Number(this.inputs.get(name).value);
-  }
-
-  /** Call a function after each change. */
-  listen(changed) {
-    for (const input of this.inputs.values()) input.addEventListener("input", changed);
-  }
-
-  disable() {
-    for (const input of this.inputs.values()) input.disabled = true;
-  }
-}
-
 // Milliseconds between two pictures, which limits the load of a phone.
 const FRAME_INTERVAL = 1000 / 20;
-// Narrower maps have no trails, which take half of the time of a picture.
-const MIN_TRAIL_WIDTH = 420;
 
 /** Return a player for the maps of a figure. */
-export function createPlayer(speed, show) {
+export function createPlayer(show) {
   const player = new Player(show);
-  player.setSpeed(speed);
   player.frameInterval = FRAME_INTERVAL;
   return player;
-}
-
-export class MapView {
-  /**
-   * @param {Object<string, string>} strings
-   * @param {string} caption
-   * @param {() => void} invalidate called when the map must be drawn again
-   */
-  constructor(strings, caption, invalidate) {
-    this.strings = strings;
-    this.recording = null;
-    this.agent = null;
-    const label = formatText(strings.map, { name: caption });
-    this.canvas = el("canvas", { role: "img", "aria-label": label });
-    this.view = new WorldView(this.canvas);
-    this.count = el("span", { class: "number" }, strings.waiting);
-    this.caption = el("span", {}, caption);
-    const foot = el("figcaption", {}, this.caption, " ", this.count);
-    this.root = el("figure", { class: "map" }, this.canvas, foot);
-    this.view.followSize(invalidate);
-  }
-
-  /**
-   * @param {import("../world/recording.js").Recording} recording
-   * @param {number|null} agent gets a ring
-   */
-  show(recording, agent = null) {
-    this.recording = recording;
-    this.agent = agent;
-  }
-
-  /** Show a world without agents. */
-  showWorld(world, appearance) {
-    this.recording = null;
-    this.view.setWorld({ world, appearance });
-    this.count.textContent = "";
-    this.draw(0);
-  }
-
-  /**
-   * Draw a shape on the map that is not part of the world yet.
-   * @param {string} color
-   * @param {number[]} shape its left, right, upper and lower edge
-   */
-  showSketch(color, shape) {
-    const [left, right, upper, lower] = shape;
-    const { marks } = this.view.world;
-    const sketch = { kind: "rectangle", x: left, y: upper, color, label: "", solid: false };
-    this.view.world.marks = [...marks, { ...sketch, width: right - left, height: lower - upper }];
-    this.view.draw(null, 0);
-    this.view.world.marks = marks;
-  }
-
-  draw(time) {
-    const { recording, agent } = this;
-    if (!recording) {
-      this.view.draw(null, 0);
-      return;
-    }
-    const moment = Math.min(time, recording.last - 1);
-    const trails = this.view.width < MIN_TRAIL_WIDTH ? "off" : "recent";
-    this.view.draw(recording, moment, { selectedAgent: agent, trails });
-    const items = formatNumber(this.countItems(moment));
-    setText(this.count, formatText(this.strings.eaten, { items }));
-  }
-
-  /** Return the number of items that all agents have eaten. */
-  countItems(time) {
-    return this.recording.countAllEaten(Math.floor(time) + 1).items;
-  }
-}
-
-/** Return the agent that eats most in its life. */
-export function findBestAgent(recording) {
-  const eaten = Array.from(
-    { length: recording.agents },
-    (_, agent) => recording.countEaten(recording.last, agent),
-  );
-  return eaten.indexOf(Math.max(...eaten));
 }

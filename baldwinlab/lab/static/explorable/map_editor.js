@@ -12,7 +12,7 @@ const COLORS = { food: "green", wall: "gray", poison: "vermilion" };
 
 export class MapEditor {
   /**
-   * @param {import("./figure.js").MapView} map
+   * @param {import("./map_view.js").MapView} map
    * @param {Object<string, string>} strings
    * @param {() => void} changed
    */

@@ -1,7 +1,7 @@
 /** The reader's own experiment: an editor, settings, a run, a link, and the command. */
 
 import { createButton, createField, el } from "../core/common.js";
-import { EvolutionFigure } from "./evolution_figures.js";
+import { EvolutionFigure } from "./evolution_figure.js";
 import { fillTemplate, findProgram } from "../engine/program_table.js";
 import { MapEditor } from "./map_editor.js";
 import {
@@ -17,10 +17,12 @@ import {
 } from "./map_settings.js";
 
 const LINK = /^#map=(.+)$/;
+// The upper end of the axis of the chart, in items.
+const MAX_ITEMS = 80;
 
 export class MapFigure extends EvolutionFigure {
   constructor(root, context) {
-    super(root, context, "map_curve");
+    super(root, context, MAX_ITEMS);
     this.wantsPlay = false;
     this.scene = this.data.scenes.map;
     this.texts = this.data.strings.editor;
@@ -33,10 +35,8 @@ export class MapFigure extends EvolutionFigure {
     root.append(this.status, this.form, el("p", {}, this.texts.command), this.command);
     this.map.canvas.setAttribute("aria-label", this.texts.map);
     if (!this.source.isLive) this.status.textContent = this.texts.no_engine;
-    this.button.disabled = !this.source.isLive;
-    addEventListener("hashchange", () => this.openLink());
+    addEventListener("hashchange", () => LINK.test(location.hash) && this.openLink());
     this.openLink();
-    this.showButton();
   }
 
   /** Show the map of the address, if there is one. */
@@ -76,6 +76,10 @@ export class MapFigure extends EvolutionFigure {
     this.showMap();
   }
 
+  get curve() {
+    return this.settings.learning ? "learning" : "alone";
+  }
+
   get experiment() {
     return applyMap(this.scene.experiment, this.settings);
   }
@@ -91,7 +95,7 @@ export class MapFigure extends EvolutionFigure {
     this.map.showWorld(experiment.world, fillTemplate(appearance, experiment));
     const { start } = this.scene.experiment.world;
     const canRun = isOpen(this.settings, start);
-    this.button.disabled = !canRun || !this.source.isLive;
+    this.button.disabled = this.endButton.disabled = !canRun || !this.source.isLive;
     if (this.source.isLive) this.status.textContent = canRun ? "" : this.texts.covered;
     this.command.textContent = formatCommand(this.settings);
   }
@@ -114,15 +118,18 @@ export class MapFigure extends EvolutionFigure {
     );
   }
 
+  /** Copy a link. The address changes without an event, so a run goes on. */
   async copyLink() {
-    location.hash = `map=${encodeMap(this.settings)}`;
+    history.replaceState(null, "", `#map=${encodeMap(this.settings)}`);
+    const { copied, copied_file: copiedFile, copy_failed: failed } = this.texts;
+    const isFile = location.protocol === "file:";
     try {
       await navigator.clipboard.writeText(location.href);
-      this.status.textContent = this.texts.copied;
+      this.status.textContent = isFile ? copiedFile : copied;
     } catch {
-      this.status.textContent = this.texts.copy_failed;
+      this.status.textContent = isFile ? `${failed} ${copiedFile}` : failed;
     }
   }
 
-  async showStill() {}
+  showStill() {}
 }

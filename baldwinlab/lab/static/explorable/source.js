@@ -6,24 +6,26 @@ import { createRecordingHeader, fillTemplate, findProgram } from "../engine/prog
 import { computeMean } from "../charts/quantiles.js";
 import { Recording } from "../world/recording.js";
 import { WorkerPool } from "../engine/worker_pool.js";
+import { wait } from "./figure.js";
 
 // Share of the time of one core that the worker can use.
-const MAX_LOAD = 0.25;
+const MAX_LOAD = 0.5;
 // Milliseconds of a recorded generation.
 const RECORDED_PAUSE = 60;
 
 /**
  * @typedef {object} PageData the data that Python writes into the page (pages/explorable/__init__.py)
  * @property {number} seed
- * @property {number} runs
  * @property {number} fork_generation
- * @property {number} last_generations
+ * @property {number} evolution_generations of a run on a map
  * @property {{run: number, generation: number}} first_life
  * @property {Object<string, {experiment: object, appearance: object}>} scenes
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {{curves: Object<string, number[][]>, lives: Object<string, string>,
- *   needle: number[][][]}} recordings
- * @property {Object<string, any>} needle
+ *   learner: {agent: number, genome: number[]}, newborns: Object<string, number>,
+ *   hiding: number}} recordings
+ * @property {Object<string, any>} needle settings of the strings that guess
+ * @property {Object<string, any>} climbers settings of the strings on landscapes
  * @property {Object<string, Object<string, string>>} strings
  */
 
@@ -38,6 +40,20 @@ export class LiveSource {
     this.isLive = true;
     this.pool = new WorkerPool(code, data.programs);
     this.populations = 0;
+    this.learners = null;
+  }
+
+  /** Return a recording of the first life with some settings changed. */
+  async recordLearners(changes) {
+    const { run, generation } = this.data.first_life;
+    this.learners ??= this.evolveLearners(run, generation);
+    return (await this.learners).recordLife(run, generation, changes);
+  }
+
+  async evolveLearners(run, generation) {
+    const learners = await this.start("learning", {}, [run]);
+    while (learners.generation <= generation) await learners.next();
+    return learners;
   }
 
   /**
@@ -135,26 +151,40 @@ export class RecordedSource {
   constructor(data) {
     this.data = data;
     this.isLive = false;
+    // The decoded lifetimes, by name: "learning" and "alone".
+    this.lives = new Map();
+  }
+
+  /** Decode all lifetimes, so that they can be shown at once, for example on paper. */
+  async loadLives() {
+    for (const name of Object.keys(this.data.recordings.lives)) await this.loadLife(name);
   }
 
   start(scene, _changes, runs) {
     return Promise.resolve(new RecordedPopulation(this, scene, runs));
   }
 
-  /** Return a recorded lifetime: "learning", "off" or "alone". */
+  /** Return a recorded lifetime. */
   async loadLife(name) {
-    return new Recording(unpack(await inflate(this.data.recordings.lives[name])));
+    if (!this.lives.has(name)) {
+      const container = unpack(await inflate(this.data.recordings.lives[name]));
+      this.lives.set(name, new Recording(container));
+    }
+    return this.lives.get(name);
+  }
+
+  recordLearners() {
+    return this.loadLife("learning");
   }
 }
 
+/** A run without learning, for browsers that cannot simulate it. */
 class RecordedPopulation {
-  constructor(source, scene, runs, generation = 0) {
-    const curves = source.data.recordings.curves[scene];
+  constructor(source, scene, runs) {
     this.source = source;
-    this.scene = scene;
     this.runs = runs;
-    this.curves = curves;
-    this.generation = generation;
+    this.curves = source.data.recordings.curves[scene];
+    this.generation = 0;
   }
 
   async next() {
@@ -164,21 +194,9 @@ class RecordedPopulation {
     return means;
   }
 
-  fork() {
-    const scene = this.scene === "learning" ? "forked" : this.scene;
-    return Promise.resolve(
-      new RecordedPopulation(this.source, scene, this.runs, this.generation),
-    );
-  }
-
-  /** @param {Object<string, any>} [changes] */
-  recordLife(_run, _generation, changes = {}) {
-    return this.source.loadLife(changes["learning.rate"] === 0 ? "off" : this.scene);
+  recordLife() {
+    return this.source.loadLife("alone");
   }
 
   close() {}
-}
-
-function wait(milliseconds) {
-  return new Promise((resolve) => setTimeout(resolve, milliseconds));
 }

@@ -1,0 +1,89 @@
+/** A map of the essay with a caption. */
+
+import { el, formatNumber, setText } from "../core/common.js";
+import { WorldView } from "../world/world_view.js";
+import { formatText } from "./figure.js";
+
+// Narrower maps have no trails, which take half of the time of a picture.
+const MIN_TRAIL_WIDTH = 420;
+
+export class MapView {
+  /**
+   * @param {Object<string, string>} strings
+   * @param {string} caption
+   * @param {() => void} invalidate called when the map must be drawn again
+   */
+  constructor(strings, caption, invalidate) {
+    this.strings = strings;
+    this.recording = null;
+    this.agent = null;
+    const label = formatText(strings.map, { name: caption });
+    this.canvas = el("canvas", { role: "img", "aria-label": label });
+    this.view = new WorldView(this.canvas);
+    this.count = el("span", { class: "number" }, strings.waiting);
+    this.caption = el("span", {}, caption);
+    const foot = el("figcaption", {}, this.caption, " ", this.count);
+    this.root = el("figure", { class: "map" }, this.canvas, foot);
+    this.view.followSize(invalidate);
+  }
+
+  /**
+   * @param {import("../world/recording.js").Recording} recording
+   * @param {number|null} agent gets a ring
+   */
+  show(recording, agent = null) {
+    this.recording = recording;
+    this.agent = agent;
+  }
+
+  /** Show a world without agents. */
+  showWorld(world, appearance) {
+    this.recording = null;
+    this.view.setWorld({ world, appearance });
+    this.count.textContent = "";
+    this.draw(0);
+  }
+
+  /**
+   * Draw a shape on the map that is not part of the world yet.
+   * @param {string} color
+   * @param {number[]} shape its left, right, upper and lower edge
+   */
+  showSketch(color, shape) {
+    const [left, right, upper, lower] = shape;
+    const { marks } = this.view.world;
+    const sketch = { kind: "rectangle", x: left, y: upper, color, label: "", solid: false };
+    this.view.world.marks = [...marks, { ...sketch, width: right - left, height: lower - upper }];
+    this.view.draw(null, 0);
+    this.view.world.marks = marks;
+  }
+
+  draw(time) {
+    const { recording, agent } = this;
+    if (!recording) {
+      this.view.draw(null, 0);
+      return;
+    }
+    const moment = Math.min(time, recording.last - 1);
+    const trails = this.view.width < MIN_TRAIL_WIDTH ? "off" : "recent";
+    this.view.draw(recording, moment, { selectedAgent: agent, trails });
+    const items = formatNumber(this.countItems(moment));
+    setText(this.count, formatText(this.strings.eaten, { items }));
+  }
+
+  /** Return the number of items that all agents have eaten. */
+  countItems(time) {
+    return this.recording.countAllEaten(Math.floor(time) + 1).items;
+  }
+}
+
+/** Return the agent in the middle: about half of the agents eat more in their lives. */
+export function findMiddleAgent(recording) {
+  const eaten = Array.from(
+    { length: recording.agents },
+    (_, agent) => recording.countEaten(recording.last, agent),
+  );
+  const agents = eaten.map((_, agent) => agent);
+  agents.sort((first, second) => eaten[first] - eaten[second]);
+  return agents[agents.length >> 1];
+}
