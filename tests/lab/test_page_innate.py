@@ -69,7 +69,7 @@ def test_the_world_opens_the_map_of_its_run(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}")
     expect(page.locator("[data-ready]")).to_have_count(1)
     page.get_by_test_id("behavior").click()
-    expect(page.get_by_test_id("innate-condition")).to_have_value(SMALL["condition"])
+    expect(page.get_by_test_id("innate-condition")).to_have_value("evo+self-taught/A")
     expect(page.get_by_test_id("innate-run")).to_have_value("1")
 
 

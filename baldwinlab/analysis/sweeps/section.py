@@ -21,6 +21,11 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import Table, name_measures, tabulate
 from baldwinlab.analysis.results.contrasts import Contrasts
+from baldwinlab.analysis.results.headlines import (
+    SUMMARY_MEASURE,
+    describe_statistic,
+    summarize_contrasts,
+)
 from baldwinlab.analysis.results.numbers import (
     format_estimate,
     format_number,
@@ -28,7 +33,7 @@ from baldwinlab.analysis.results.numbers import (
     format_signed,
     join_names,
 )
-from baldwinlab.analysis.results.table import AGENT_NAMES, SUMMARY_MEASURE
+from baldwinlab.analysis.results.table import AGENT_NAMES
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
@@ -55,9 +60,18 @@ def write_sweep_report(
 ) -> Path:
     """Write the page of a sweep, and its figures in the folder `figures`, each atomically."""
     title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
-    lead = f"The value of a run is its average over the last {last} generations."
+    lead, note = compose_answer(finals, contrasts)
+    note = note or f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
-    return write_page(title, lead, sections, out, directory / "figures")
+    return write_page(title, lead, sections, out, directory / "figures", note)
+
+
+def compose_answer(finals: xr.Dataset, contrasts: Contrasts | None) -> tuple[str, str]:
+    """Return the answer of a sweep, and what its numbers are, or "" for means over points."""
+    if contrasts and contrasts.rows:
+        return summarize_contrasts(contrasts)[0], describe_statistic(contrasts)
+    effects = describe_effects(finals) if analysis.is_sampled(finals) else describe_ranges(finals)
+    return " ".join(effects), ""
 
 
 def make_section(

@@ -33,7 +33,7 @@ from baldwinlab.analysis.report.data import ReportData, list_replay_commands
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_median
 
 # Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
 LEGEND_HEIGHT = 0.5
@@ -49,8 +49,8 @@ def draw_figure(report: ReportData) -> ReportFigure:
     return ReportFigure(
         title="Fitness over generations",
         caption=(
-            f"{name_fitness(data, 'best', 'average')} of each generation. Lines are means over "
-            "runs. Bands are 95 % intervals of the mean (Student's t)."
+            f"{name_fitness(data, 'best', 'average')} of each generation. Lines are medians "
+            "over runs. Bands are 95 % intervals of the median."
         ),
         alternative=(
             "Curves of fitness by generation for each condition. "
@@ -105,7 +105,7 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     for axes, measure, conditions_on_map in make_panels(figure, dataset):
         for condition in conditions_on_map:
             values = tables[measure].sel(condition=condition.name)
-            draw_curve(axes, interval_of_mean(values), condition.style)
+            draw_curve(axes, interval_of_median(values), condition.style)
         label_generations(axes)
     draw_legend(figure, learners)
     return figure

@@ -2,7 +2,7 @@
 
 import { createButton, el } from "./common.js";
 
-export const CURVE_COLUMNS = ["curve", "generation", "mean", "low", "high"];
+export const CURVE_COLUMNS = ["curve", "generation", "value", "low", "high"];
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
@@ -77,8 +77,8 @@ export function saveFile(blob, name) {
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-/** Return one row per generation of each curve. The values have a name, such as "mean". */
-export function listCurveRows(generations, series, name = "mean") {
+/** Return one row per generation of each curve. The values have a name, such as "median". */
+export function listCurveRows(generations, series, name = "value") {
   return series.flatMap(({ label, values, low, high }) =>
     generations.map((generation, index) => ({
       curve: label,

@@ -21,10 +21,10 @@ const RUN_COLUMNS = ["curve", "run", "generation", "value"];
 function explainBands(view) {
   const { groups, hasSingleConditions, by } = view;
   if (!hasSingleConditions)
-    return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
+    return `Curves: means of the conditions by ${by}. Bands: from the lowest to the highest condition.`;
   const runs = groups.map(({ conditions }) => listRuns(view, conditions).length);
   const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
-  return `Bands: 95 % intervals of the mean, ${range} runs.`;
+  return `Bands: 95 % intervals of the median, ${range} runs.`;
 }
 
 /** Return what the curves show. */
@@ -90,7 +90,7 @@ export class ResultsCurves {
       xLabel: "generation",
       yLabel: axis,
       height: panels.length > 1 ? 240 : 320,
-      series: createMeanSeries(results, measure, groups),
+      series: createMedianSeries(results, measure, groups),
       hidden: hidden ? hidden.split(",") : [],
       onHidden: () => this.rememberHidden(),
       onPick: (pick) => this.openPick(pick),
@@ -166,12 +166,12 @@ export class ResultsCurves {
 }
 
 /** Return one series per group of conditions. */
-function createMeanSeries(results, measure, groups) {
+function createMedianSeries(results, measure, groups) {
   return groups.map(({ label, conditions, style }) => {
-    const { mean, low, high } = combineCurves(
+    const { center, low, high } = combineCurves(
       conditions.map((name) => results.curves[name][measure]),
     );
-    return { label, values: mean, low, high, ...selectSeriesStyle(style) };
+    return { label, values: center, low, high, ...selectSeriesStyle(style) };
   });
 }
 
@@ -222,17 +222,17 @@ function listSeries(species, groups, curve) {
 /**
  * Return the series of a species in a group of conditions, or none. The color shows the group, and
  * the dash the species. A single group has a color for each species.
- * @param {{mean: number[]}[]} curves of the conditions with the species
+ * @param {{center: number[]}[]} curves of the conditions with the species
  * @param {{label: string, number: number, isSingle: boolean}} group
  * @param {{name: string, index: number}} species
  */
 function createSeries(curves, group, species) {
   if (!curves.length) return [];
-  const { mean, low, high } = combineCurves(curves);
+  const { center, low, high } = combineCurves(curves);
   return [
     {
       label: group.isSingle ? species.name : `${group.label}, ${species.name}`,
-      values: mean,
+      values: center,
       low,
       high,
       color: selectSeriesStyle(group.isSingle ? species.index : group.number).color,
