@@ -166,12 +166,12 @@ def describe_verdicts(results: Sequence[ClaimResult]) -> str:
         verdicts = [result.verdict for result in results if result.claim.kind == kind]
         if verdicts:
             noun = plural if len(verdicts) > 1 else singular
-            counts = "not counted" if kind == EXPLORATORY else _count_verdicts(verdicts)
+            counts = "not counted" if kind == EXPLORATORY else count_verdicts(verdicts)
             texts.append(f"{len(verdicts)} {noun}: {counts}")
     return "; ".join(texts)
 
 
-def _count_verdicts(verdicts: Sequence[Verdict]) -> str:
+def count_verdicts(verdicts: Sequence[Verdict]) -> str:
     """Return the number of each verdict, such as "7 hold, 1 is undecided"."""
     texts = []
     for verdict, (singular, plural) in zip(VERDICTS, VERDICT_VERBS, strict=True):

@@ -40,6 +40,8 @@ from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 from baldwinlab.experiment.outcome import name_outcome_of
 
+# Name of the figure of single fields.
+RESPONSES: Final = "responses"
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",
     "list": "list: one value of each field per point",
@@ -81,7 +83,10 @@ def make_section(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Section:
-    """Make the section of a sweep, and save its figures in the folder `figures`."""
+    """Make the section of a sweep, and save its figures in the folder `figures`.
+
+    The heat maps are first, because they show how the effects of two fields depend on each other.
+    """
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
     shown_contrasts = contrasts if contrasts and contrasts.rows else None
@@ -92,7 +97,7 @@ def make_section(
         contrasts=shown_contrasts,
         figures=[
             save_and_inline(figure._replace(links=links), directory / "figures")
-            for figure in draw_figures(finals)
+            for figure in sorted(draw_figures(finals), key=_is_response)
         ],
         has_links=bool(links),
         sampled=is_sampled,
@@ -104,6 +109,11 @@ def make_section(
         timing=content.format_timing(provenance),
     )
     return Section(anchor="responses", title="Responses", body=body)
+
+
+def _is_response(figure: ReportFigure) -> bool:
+    """Return whether a figure shows the response to each field alone."""
+    return figure.name == RESPONSES
 
 
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
@@ -180,7 +190,7 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
     """Draw the response to each field, and a heat map for each pair of fields of a grid."""
     ranges = " ".join(describe_ranges(finals))
     yield ReportFigure(
-        name="responses",
+        name=RESPONSES,
         title="Response to each field",
         caption=_describe_curves(finals),
         alternative=f"Fitness by {join_names(finals.attrs['fields'])}. {ranges}",

@@ -91,6 +91,10 @@ def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     assert "6 points" in text and "Rank correlations" not in text
     # Along the count: the mean over runs of 50 items, and its interval.
     assert "12.0 [9.52, 14.5]" in text
+    # The answer and the heat map are before the curves and all tables.
+    heat_map = text.index('id="figure-responses-learning.rate-world.food.0.count"')
+    order = [text.index(part) for part in ('<p class="lead">By learning.rate, ', "<table")]
+    assert order[0] < heat_map < text.index('id="figure-responses"') < order[1]
 
 
 @pytest.mark.usefixtures("placeholder_figures")
