@@ -68,10 +68,16 @@ def test_ticked_presets_are_compared_with_the_changes_of_the_form(
     stored = StudyStore(study.directory).experiments.values()
     assert [experiment.world.food[0].y for experiment in stored] == [(80, 480), (80, 480)]
     rows = study.compare()
+    # The curve and the verdict are side by side.
     (summary,) = get_json(lab_server.address, "results", study=f"{folder}/presets")["comparison"][
         "summary"
     ]
     expect(page.get_by_test_id("compare-answer")).to_have_text(summary)
+    curve, verdict = (
+        read_box(page.get_by_test_id(f"compare-{part}")) for part in ("curve", "answer")
+    )
+    assert curve["x"] + curve["width"] <= verdict["x"]
+    assert curve["y"] <= verdict["y"] <= curve["y"] + curve["height"]
     comparison = page.get_by_role("region", name="Comparison of conditions")
     table = comparison.locator("tbody tr")
     expect(table.locator(".badge")).to_have_text(rows["verdict"].tolist())
@@ -161,6 +167,8 @@ def test_the_keyboard_ticks_presets_and_escape_removes_the_plan(page: Page) -> N
 def test_results_open_the_dialog_with_the_presets_of_the_study(page: Page) -> None:
     page.goto("/#/results?study=small")
     page.get_by_test_id("compare-link").click()
+    # With 10 runs, a verdict is possible.
+    expect(page.get_by_test_id("setup-compare-runs")).to_have_value("10")
     expect(page.get_by_test_id("compare-selection")).to_have_text(
         "Ticked: evo/A, evo+self-taught/A"
     )

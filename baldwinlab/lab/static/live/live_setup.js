@@ -1,5 +1,6 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
+import { getCurrentView } from "../core/address.js";
 import { createButton, el, getJSON, isServerless, postJSON } from "../core/common.js";
 import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "../core/experiment_changes.js";
@@ -14,6 +15,8 @@ import { parseWholeNumber } from "./live_selector.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
+// Runs of each condition of a comparison, if the user has set no number. They usually decide.
+const COMPARED_RUNS = 10;
 // The start button can be outside the form.
 const FORM_ID = "live-settings";
 
@@ -94,7 +97,8 @@ export class Setup {
 
   /** Open the dialog of a comparison. */
   openCompareDialog(compared) {
-    const { runs, seed } = this.numbers;
+    const { seed } = this.numbers;
+    const runs = parseWholeNumber(getCurrentView().state.runs) ?? COMPARED_RUNS;
     const { presets } = this.preset;
     const listOptions = (path) =>
       [...(this.fields.form.findField(path)?.querySelector("select")?.options ?? [])].map(
@@ -163,7 +167,7 @@ export class Setup {
       el(
         "div",
         { class: "row" },
-        el("h2", {}, "Parameters"),
+        el("h2", {}, "All settings"),
         el("span", { class: "spread" }),
         this.reset,
       ),

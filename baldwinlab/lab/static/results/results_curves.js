@@ -11,7 +11,7 @@ import {
   formatCsv,
   listCurveRows,
 } from "../core/downloads.js";
-import { combineCurves } from "./results_factors.js";
+import { combineCurves, groupConditions } from "./results_factors.js";
 import { hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
 
@@ -163,6 +163,22 @@ export class ResultsCurves {
     this.isDestroyed = true;
     for (const chart of this.charts) chart.destroy();
   }
+}
+
+/** Draw the average agent of all conditions of a finished comparison, and return the chart. */
+export function drawMedians(root, results) {
+  const { title, axis } = results.measures.mean;
+  const groups = groupConditions(results, {}).groups.map((group, style) => ({ ...group, style }));
+  return new LineChart(root, {
+    title,
+    label: title,
+    note: "Medians over runs, with 95 % intervals.",
+    x: results.generation,
+    xLabel: "generation",
+    yLabel: axis,
+    height: 260,
+    series: createMedianSeries(results, "mean", groups),
+  });
 }
 
 /** Return one series per group of conditions. */
