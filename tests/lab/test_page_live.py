@@ -112,6 +112,25 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(setup_error).to_be_empty()
 
 
+def test_the_form_has_one_scroller_and_names_its_settings_in_words(page: Page) -> None:
+    page.goto(make_address({}))
+    page.get_by_test_id("group-population").locator("summary").first.click()
+    field = page.get_by_test_id("field-population.size")
+    scrollers = field.evaluate(
+        """field => {
+          const heights = [];
+          for (let box = field; box.id !== "view"; box = box.parentElement)
+            if (/auto|scroll/.test(getComputedStyle(box).overflowY)) heights.push(box.clientHeight);
+          return heights;
+        }"""
+    )
+    assert len(scrollers) == 1 and scrollers[0] >= 300
+    # The path is in the tooltip.
+    label = page.get_by_text("Number of agents per generation", exact=True)
+    expect(label).to_have_attribute("title", "population.size")
+    expect(label).to_have_attribute("for", "field-population.size")
+
+
 @pytest.mark.nightly
 def test_too_few_runs_show_a_note_below_their_number(page: Page) -> None:
     page.goto(make_address({}))
@@ -178,7 +197,7 @@ def test_every_kind_of_field_changes_the_simulated_experiment(
     page.get_by_test_id("remove-network.hidden.0").click()
     page.get_by_test_id("field-network.biases").check()
     page.get_by_test_id("field-evolution.selection").select_option("rank")
-    page.get_by_label("rate, slider", exact=True).fill("0.03")
+    page.get_by_label("Learning rate, slider", exact=True).fill("0.03")
     # An empty number of steps means the complete lifetime.
     expect(page.get_by_test_id("field-learning.steps")).to_have_value("")
     page.get_by_test_id("field-learning.steps").fill("250")
