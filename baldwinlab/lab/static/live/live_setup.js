@@ -134,6 +134,13 @@ export class Setup {
     await this.loadPreset(name, findChanges(experiment, base));
   }
 
+  /** Change the experiment of the form, for example by a drag on the map. */
+  async edit(change) {
+    const experiment = structuredClone(this.fields.form.value);
+    change(experiment);
+    await this.fields.build(experiment, {});
+  }
+
   createElement() {
     const { numbers, fault } = this;
     const remember = (name) => (value) => {
