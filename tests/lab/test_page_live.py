@@ -88,6 +88,7 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(page.get_by_test_id("preset").locator("optgroup").first).to_have_attribute(
         "label", "Nam Le, 2019"
     )
+    page.get_by_test_id("all-presets").locator("summary").click()
     page.get_by_test_id("preset-search").fill("guess undecided")
     assert {"guessing", "evo+self-taught/A"} <= set(
         options.evaluate_all("options => options.map(option => option.value)")
@@ -110,6 +111,22 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(page.get_by_text(message)).to_have_count(0)
     expect(start).to_be_enabled()
     expect(setup_error).to_be_empty()
+
+
+def test_four_choices_in_words_are_before_all_presets(page: Page) -> None:
+    page.goto("/#/live")
+    choices = page.get_by_role("group", name="What to simulate").get_by_role("radio")
+    expect(choices).to_have_count(4)
+    expect(page.get_by_label("Agents that learn", exact=True)).to_be_checked()
+    expect(page.get_by_test_id("preset")).to_be_hidden()
+    page.get_by_label("Agents that do not learn").check()
+    expect(page).to_have_url(re.compile(r"preset=evo/A"))
+    expect(page.get_by_test_id("field-learning.rule")).to_have_value("none")
+    # A preset without words is shown in the list.
+    page.goto("about:blank")
+    page.goto("/#/live?preset=evo%2Bdrift/A")
+    expect(page.get_by_test_id("preset")).to_have_value("evo+drift/A")
+    expect(page.get_by_test_id("preset")).to_be_visible()
 
 
 def test_the_form_has_one_scroller_and_names_its_settings_in_words(page: Page) -> None:

@@ -55,7 +55,7 @@ def test_food_walls_and_the_start_follow_the_pointer(page: Page) -> None:
     drag(page, (160, 160), (160, 400))
     moved = {"world.food": food, "world.start.y": 400}
     wait_for(page, lambda: read_changes(page) == moved)
-    choose(page, "Draw a wall")
+    choose(page, "Add wall")
     # Edges are on a grid of 10, and a wall is at least 20 thick.
     drag(page, (301, 299), (304, 500))
     walls = {"world.features": ["walls"], "world.walls.boxes": [[300, 320, 300, 500]]}
@@ -79,7 +79,7 @@ def test_a_shape_stays_on_the_map(page: Page) -> None:
     wait_for(page, lambda: "world.food" in read_changes(page))
     (food,) = read_changes(page)["world.food"]
     assert (food["x"], food["y"]) == ([480, 640], [0, 160])
-    choose(page, "Draw food")
+    choose(page, "Add food")
     drag(page, (100, 500), (200, 600))
     wait_for(page, lambda: len(read_changes(page)["world.food"]) == 2)
     assert read_changes(page)["world.food"][1]["y"] == [500, 600]

@@ -69,6 +69,7 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     check_width(page)
     assert find_violations(page) == []
     page.goto("/#/live")
+    page.get_by_test_id("live-more").locator("summary").click()
     page.get_by_test_id("freezer").click()
     check_dialog(page, page.get_by_role("dialog", name="Freezer"))
     page.get_by_test_id("schedule").scroll_into_view_if_needed()

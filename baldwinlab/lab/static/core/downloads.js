@@ -1,12 +1,12 @@
 /** Downloads of the visible data: tables as CSV, charts as PNG. */
 
-import { createButton, el } from "./common.js";
+import { createButton, createMenu, el } from "./common.js";
 
 export const CURVE_COLUMNS = ["curve", "generation", "value", "low", "high"];
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
- * Return buttons that download the data of a chart, and its picture if it has one.
+ * Return a menu that downloads the data of a chart, and its picture if it has one.
  * @param {string} name of the chart
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
@@ -15,12 +15,11 @@ const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml
  */
 export function createChartDownloads(name, columns, rows, drawPicture = null, file = name) {
   const formatRows = () => formatCsv(columns, rows());
-  return el(
-    "div",
-    { class: "row chart-saves" },
+  const items = [
     createDownloadButton(`${name}.csv`, formatRows, "Save as CSV", `${file}.csv`),
     drawPicture && createDownloadButton(`${name}.png`, drawPicture, "Save as PNG", `${file}.png`),
-  );
+  ];
+  return createMenu("Save", items, `saves-${name}`);
 }
 
 /**

@@ -16,7 +16,7 @@ import { describeOrigin, listFrozenFiles } from "./freezer_panel.js";
 const MAIN_SETTINGS = {
   "learning.rule": "Learning rule",
   "learning.rate": "Learning rate",
-  "evolution.mutation_size": "Size of mutations",
+  "evolution.mutation_size": "Mutation size",
   "senses.visual_radius": "Visual range",
 };
 // The inputs of the fields that need more than a number, a choice or a list.

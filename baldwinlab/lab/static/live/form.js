@@ -118,6 +118,9 @@ function createFields(form, node, holder, path) {
   const visible = Object.entries(node.properties ?? {}).filter(
     ([name]) => holder[name] !== undefined,
   );
+  // The tables of an experiment are before its name and model, which few users change.
+  const isTable = ([, child]) => resolve(form, child).type === "object";
+  if (!path) visible.sort((first, second) => Number(isTable(second)) - Number(isTable(first)));
   const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
     ...visible.map(([name, child]) =>

@@ -9,8 +9,8 @@ const MIN_SIDE = 20;
 const NEW_FOOD = { count: 50, energy: 1 };
 const TOOLS = {
   move: "Move",
-  food: "Draw food",
-  wall: "Draw a wall",
+  food: "Add food",
+  wall: "Add wall",
   remove: "Remove",
 };
 const COLORS = { food: "meal", wall: "edge", start: "agent" };
@@ -50,7 +50,7 @@ export class LiveMap {
         )
       ),
     );
-    const hint = el("p", { class: "soft" }, "Drag the food, the walls or the start on the map.");
+    const hint = el("p", { class: "soft" }, "Drag food, walls or the start.");
     this.element = el("div", { class: "live-map", hidden: true }, this.canvas, this.tools, hint);
     // The engine of an exported page has the parts of its own experiments only.
     if (isServerless()) this.tools.hidden = hint.hidden = true;

@@ -71,7 +71,7 @@ export class Setup {
     });
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.compare);
-    // The view places the list of runs here.
+    // The view places a menu here.
     this.corner = el("span", {});
     this.reset = createButton("Undo all changes", () => this.resetToPreset(), {
       class: "quiet",
@@ -85,9 +85,12 @@ export class Setup {
   /** Load the presets and fill `root`. */
   async show(root) {
     this.root = root;
-    const { presets, default: defaultPreset } = await getJSON("api/presets", this.signal);
+    const { presets, choices = {}, default: defaultPreset } = await getJSON(
+      "api/presets",
+      this.signal,
+    );
     const { preset } = this.state;
-    this.preset = new PresetPicker(presets, () => this.resetToPreset());
+    this.preset = new PresetPicker(presets, choices, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());

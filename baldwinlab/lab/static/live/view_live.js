@@ -1,7 +1,7 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
 import { getCurrentView } from "../core/address.js";
-import { el, getJSON, isServerless, showMessage } from "../core/common.js";
+import { createMenu, el, getJSON, isServerless, showMessage } from "../core/common.js";
 import { ComparePanel } from "./comparison_panel.js";
 import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
@@ -55,8 +55,8 @@ class LiveView {
     this.setup = new Setup(state, navigate, this.createListener(), signal);
     if (!isServerless()) {
       const useFounders = (preset, file) => this.useFounders(preset, file);
-      this.setup.begin.append(createFreezerButton(useFounders, signal));
-      this.setup.corner.append(createRunListButton(signal));
+      const items = [createRunListButton(signal), createFreezerButton(useFounders, signal)];
+      this.setup.corner.append(createMenu("More", items, "live-more"));
     }
     this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
   }

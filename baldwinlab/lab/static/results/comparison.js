@@ -31,14 +31,18 @@ export function formatAnswer(comparison) {
  */
 export function createComparisonTable(comparison, isOpen) {
   if (!comparison?.rows.length) return "";
-  const { pairing, method, too_few: tooFew, headings, test_headings: tests, rows } = comparison;
+  const { statistic, pairing, method, too_few: tooFew, headings, rows } = comparison;
   return createFold(
     "comparison",
     "Comparison",
     isOpen,
     tooFew && el("p", {}, tooFew),
+    el("p", { class: "soft" }, statistic),
     createTable("Comparison of conditions", headings, rows),
-    createDetails("Tests: p, corrected p and A12", createTable("Tests", tests, rows)),
+    createDetails(
+      "Tests: p, corrected p and A12",
+      createTable("Tests", comparison.test_headings, rows),
+    ),
     createDetails("How to read this table", el("p", { class: "soft" }, `${pairing} ${method}`)),
   );
 }

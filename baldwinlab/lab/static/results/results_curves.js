@@ -64,11 +64,10 @@ export class ResultsCurves {
 
   /** Return links to the report's figure. Curves that it does not have are saved by the page. */
   createDownloads() {
-    const { study, groups, panels, results, hasSingleConditions, hasRunLines } = this.view;
+    const { study, panels, results, measure, hasSingleConditions, hasRunLines } = this.view;
     if (results.swept && !hasRunLines) return [createFigureLinks(study.id, "responses", [])];
-    const conditions = groups.flatMap((group) => group.conditions);
     if (hasSingleConditions && !hasRunLines)
-      return [createFigureLinks(study.id, "fitness", conditions)];
+      return [createFigureLinks(study.id, "fitness", this.listVisible(), { measure })];
     return panels.map(({ map }, number) =>
       createChartDownloads(
         map ? `curves-${map}` : "curves",
@@ -77,6 +76,14 @@ export class ResultsCurves {
         () => this.charts[number].drawPicture(),
       )
     );
+  }
+
+  /** Return the conditions with a visible curve, or all if none is visible. */
+  listVisible() {
+    const { groups, hidden } = this.view;
+    const labels = hidden ? hidden.split(",") : [];
+    const visible = groups.filter(({ label }) => !labels.includes(label));
+    return (visible.length ? visible : groups).flatMap(({ conditions }) => conditions);
   }
 
   createChart(plot, { map, groups }) {
@@ -100,6 +107,8 @@ export class ResultsCurves {
   rememberHidden() {
     const hidden = new Set(this.charts.flatMap((chart) => [...chart.hidden]));
     const labels = [...hidden].join(",");
+    this.view.hidden = labels;
+    if (!this.view.hasRunLines) this.downloads.replaceChildren(...this.createDownloads());
     this.setHidden(labels);
     this.view.navigate({ hidden: labels || null });
   }

@@ -299,7 +299,6 @@ function createLead({ results, guide }) {
     "div",
     { class: "lead" },
     el("strong", { "data-testid": "answer" }, formatAnswer(results.comparison)),
-    el("span", { class: "soft" }, results.comparison?.statistic),
     guide.createDefinitionLink(),
   );
 }
