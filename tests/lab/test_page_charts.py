@@ -67,8 +67,8 @@ def test_downloaded_curves_have_the_numbers_and_the_visible_lines(
     expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     curves = get_json(lab_server.address, "results", study="small")["curves"]
     rows = download_rows(page, "curves.csv")
-    means = [float(row["mean"]) for row in rows if row["curve"] == "evo/A"]
-    assert means == curves["evo/A"]["best"]["mean"]
+    medians = [float(row["value"]) for row in rows if row["curve"] == "evo/A"]
+    assert medians == curves["evo/A"]["best"]["center"]
     everything = download_picture(page, "curves.png")
     plot = read_box(page.get_by_test_id("curves").locator("canvas"))
     # The title is above the plot. The legend and the note are below.
@@ -93,9 +93,13 @@ def test_save_figure_gives_the_figure_of_the_report_in_four_formats(
         content = download.value.path().read_bytes()
         assert content.startswith(signature)
     rows = [*csv.DictReader(content.decode().splitlines())]
-    means = [float(row["mean"]) for row in rows if (row["condition"], row["measure"]) == EVO_BEST]
+    # Only the measure that is on the screen is saved.
+    assert {row["measure"] for row in rows} == {"best"}
+    medians = [
+        float(row["median"]) for row in rows if (row["condition"], row["measure"]) == EVO_BEST
+    ]
     curves = get_json(lab_server.address, "results", study="small")["curves"]
-    assert means == pytest.approx(curves["evo/A"]["best"]["mean"])
+    assert medians == pytest.approx(curves["evo/A"]["best"]["center"])
     assert {row["runs"] for row in rows} == {"2"}
 
 

@@ -160,9 +160,9 @@ class ReportFigure(NamedTuple):
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
-    """Save a figure as SVG, PNG and CSV, and return the values for ``report/macros.html``."""
+    """Save a figure as SVG, PDF, PNG and CSV, and return the values for ``report/macros.html``."""
     saved = save_figure(figure.figure, folder, figure.name)
-    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
+    files = {kind: f"{figure.name}.{kind.lower()}" for kind in ("SVG", "PDF", "PNG")}
     if figure.table:
         files["CSV"] = f"{figure.name}.csv"
         columns = dict.fromkeys(column for row in figure.table for column in row)

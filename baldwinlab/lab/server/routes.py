@@ -118,7 +118,11 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
         load("typical", results.load_typical_run, ("study", "condition")),
         load("results/runs", results.load_run_curves, ("study", "condition", "measure")),
         load("results/reaction", results.load_reaction_norms, ("study",)),
-        load("results/figure", downloads.make_figure, ("study", "figure", "format", "condition")),
+        load(
+            "results/figure",
+            downloads.make_figure,
+            ("study", "figure", "format", "condition", "measure"),
+        ),
         # Lifetimes
         load_container("recording", recording.load_recording, (*LIFE, "first", "last")),
         load_container("agent", inspector.load_agent, (*LIFE, "agent", "first", "last")),

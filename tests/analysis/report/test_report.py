@@ -134,7 +134,7 @@ def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_wat
     assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
     # Every figure is kept and has a text in its place.
     assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
-        f"{name}{end}" for name in names for end in (".svg", ".png")
+        f"{name}{end}" for name in names for end in (".svg", ".pdf", ".png")
     }
     alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
     assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
@@ -142,7 +142,9 @@ def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_wat
     parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
     for part in parts:
         name, text = part.split('"')[0], part.split("</figure>")[0]
-        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "png", "csv")), name
+        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "pdf", "png", "csv")), (
+            name
+        )
         assert ("http://127.0.0.1:8642/#/world?" in text) == (name not in SETUP_FIGURES), name
 
 

@@ -25,9 +25,8 @@ def test_a_picture_states_its_study_its_runs_and_its_bands_and_has_the_same_byte
 ) -> None:
     file = make_figure_file(study, "fitness", "svg", NAMES)
     assert file.name == "small-fitness-3-runs.svg"
-    # Matplotlib draws text as paths, with the text as a comment.
     text = file.content.decode()
-    assert "<!-- small, 3 runs per condition. Items eaten by the best agent and the" in text
+    assert "small, 3 runs per condition. Items eaten by the best agent and the" in text
     assert "Bands are 95 % intervals of the" in text
     assert make_figure_file(study, "fitness", "svg", NAMES).content == file.content
     first, second = (make_figure_file(study, "fitness", "pdf", NAMES) for _ in range(2))

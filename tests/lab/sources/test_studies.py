@@ -268,7 +268,7 @@ def test_missing_numbers_are_null_and_conditions_without_runs_are_omitted(
     with run_server(tmp_path) as server:
         results = get_json(server.address, "results", study="it")
     assert results["conditions"] == ["evo/A", "short"]
-    assert results["curves"]["short"]["mean"]["mean"][2] is None
+    assert results["curves"]["short"]["mean"]["center"][2] is None
     assert results["curves"]["evo/A"]["mean"]["low"] == [None] * 3
     (row,) = (row for row in results["runs"]["rows"] if row["condition"] == "short")
     assert row["run"] == 0

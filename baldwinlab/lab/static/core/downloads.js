@@ -27,10 +27,11 @@ export function createChartDownloads(name, columns, rows, drawPicture = null, fi
  * @param {string} study
  * @param {"fitness"|"final-fitness"|"responses"} figure
  * @param {string[]} conditions
+ * @param {Object<string, string>} [selection] the measure of the visible curves
  */
-export function createFigureLinks(study, figure, conditions) {
+export function createFigureLinks(study, figure, conditions, selection = {}) {
   const createLink = (format) => {
-    const query = new URLSearchParams({ study, figure, format });
+    const query = new URLSearchParams({ study, figure, format, ...selection });
     for (const condition of conditions) query.append("condition", condition);
     return el(
       "a",
