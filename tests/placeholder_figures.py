@@ -18,7 +18,7 @@ SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write small files with the names of the files of a figure."""
     folder.mkdir(parents=True, exist_ok=True)
-    for suffix in (".svg", ".png"):
+    for suffix in (".svg", ".pdf", ".png"):
         (folder / f"{name}{suffix}").write_bytes(SVG)
     return SavedFigure(SVG, 1.0, 1.0)
 

@@ -137,6 +137,7 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
     "soft": ("#5a646e", "#a3adb7", "#444"),
     "line": ("#d9dee3", "#37404a", "#bbb"),
     "raised": ("#f5f7f9", "#1d2329", "#fff"),
+    "figure": ("#fff", "#1d2329", "#fff"),
     "good": ("#00614a", "#4fd0a9", "#00614a"),
     "bad": ("#a63a00", "#ff9a63", "#a63a00"),
     "open": ("#434b54", "#c5ced6", "#434b54"),
@@ -193,6 +194,27 @@ def report_css() -> str:
     dark_rule = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
     paper_rule = f"@media print {{ {_root_rule(paper)} }}"
     return "\n".join((_root_rule(light), dark_rule, paper_rule))
+
+
+def figure_css() -> str:
+    """Return rules that replace the colors of a figure on a dark screen, but not on paper.
+
+    Text and lines without a color of their own are black. Text in a colored cell keeps its color.
+    """
+    colors = {light: dark for light, dark in NAMED_COLORS.values() if light != dark}
+    colors |= {PALE: REPORT_COLORS["line"][1], DARK_GRAY: REPORT_COLORS["soft"][1]}
+    rules = [
+        f'[style*="{use}: {light}"] {{ {use}: {dark} !important; }}'
+        for light, dark in colors.items()
+        for use in ("fill", "stroke")
+    ]
+    text, background = (REPORT_COLORS[name][1] for name in ("text", "figure"))
+    rules += [
+        f"svg {{ background: {background}; }}",
+        f"text {{ fill: {text}; }}",
+        f'path[style*="fill: #ffffff"] {{ fill: {background} !important; }}',
+    ]
+    return f"@media screen and (prefers-color-scheme: dark) {{ {' '.join(rules)} }}"
 
 
 def _root_rule(colors: Mapping[str, str]) -> str:

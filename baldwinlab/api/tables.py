@@ -12,12 +12,8 @@ from rich.text import Text
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.results.contrasts import Contrasts
-from baldwinlab.analysis.results.table import (
-    HEADINGS,
-    NUMBER_HEADINGS,
-    list_cells,
-    summarize_contrasts,
-)
+from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
+from baldwinlab.analysis.results.table import HEADINGS, NUMBER_HEADINGS, list_cells
 from baldwinlab.analysis.results.verdicts import MARKS, TOO_FEW_RUNS
 from baldwinlab.core import console
 from baldwinlab.papers.claims import KINDS
@@ -31,12 +27,10 @@ MAX_COMPARISONS = 20
 def make_contrasts_table(contrasts: Contrasts) -> Table:
     """Return the comparisons of the conditions with their verdicts, at most `MAX_COMPARISONS`."""
     n_hidden = len(contrasts.rows) - MAX_COMPARISONS
-    hidden_note = ""
-    if n_hidden > 0:
-        hidden_note = f" {n_hidden} more comparisons are in statistics.csv and in the report."
+    hidden = f"{n_hidden} more comparisons, and " if n_hidden > 0 else ""
     table = Table(
         title="Comparison of the conditions",
-        caption=f"{contrasts.pairing}{hidden_note}",
+        caption=f"{contrasts.pairing} The report has {hidden}p, corrected p and A12.",
         title_style="bold",
         caption_justify="left",
         box=SIMPLE_HEAD,
@@ -59,6 +53,7 @@ def show_contrasts(contrasts: Contrasts) -> None:
     if contrasts.rows:
         for sentence in summarize_contrasts(contrasts):
             console.info(sentence)
+        console.info(describe_statistic(contrasts))
         console.console.print(make_contrasts_table(contrasts))
         notes = [contrast.note for contrast in contrasts.rows]
         # Only the notes of printed comparisons are printed, so `notes` can be longer.

@@ -18,8 +18,8 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab.sources import binary_frames
+from baldwinlab.lab.sources.behavior import _simulate
 from baldwinlab.lab.sources.frames import WorldCursor
-from baldwinlab.lab.sources.history import _simulate
 from baldwinlab.lab.sources.inspector import inspect_agent
 from baldwinlab.lab.sources.life_query import Life, Span, StartData
 from baldwinlab.lab.sources.recording import record_life

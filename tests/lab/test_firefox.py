@@ -122,7 +122,7 @@ def test_two_values_are_compared_in_the_dialog_at_320_pixels(
     assert browser.evaluate(f"{dialog}.scrollWidth - {dialog}.clientWidth") == 0
     browser.evaluate(f"{select('compare-start')}.click()")
     browser.wait_for(f"{select('compare-answer')}?.textContent.includes('too few to compare')")
-    assert browser.evaluate(f"{select('comparison')}.querySelectorAll('tbody tr').length") == 2
+    assert browser.evaluate(f"{select('comparison')}.querySelectorAll('tbody tr').length") == 4
     assert browser.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
     assert not browser.errors
     shutil.rmtree(lab_server.root / "live")
@@ -137,8 +137,9 @@ def test_the_map_of_behavior_and_the_freezer_work(browser: Firefox, lab_server: 
     browser.open(f"{lab_server.entry}#/world?{LIFE}&step=1", 1280, 800)
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
     press("behavior")
-    browser.wait_for("document.querySelectorAll('.scatter circle').length === 20")
-    browser.evaluate("document.querySelector('.behavior').close()")
+    browser.wait_for("document.querySelectorAll('.scatter circle').length === 3")
+    browser.evaluate("history.back()")
+    browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
     press("keep-a")
     browser.evaluate(f"{select('save-name')}.value = 'firefox'")
     press("save-submit")

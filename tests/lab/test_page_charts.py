@@ -33,9 +33,18 @@ EXCESS_WIDTHS = """[document.getElementById("view"), document.documentElement]
     .map(element => element.scrollWidth - element.clientWidth)"""
 
 
+def click_save(page: Page, name: str) -> None:
+    """Press an entry of the menu of a chart, or a button outside a menu."""
+    button = page.get_by_test_id(f"download-{name}")
+    menu = page.locator("details.menu", has=button)
+    if menu.count():
+        menu.locator("summary").click()
+    button.click()
+
+
 def download_text(page: Page, name: str) -> str:
     with page.expect_download() as download:
-        page.get_by_test_id(f"download-{name}").click()
+        click_save(page, name)
     return str(download.value.path().read_text("utf-8"))
 
 
@@ -45,7 +54,7 @@ def download_rows(page: Page, name: str) -> list[dict[str, str]]:
 
 def download_picture(page: Page, name: str) -> Image.Image:
     with page.expect_download() as download:
-        page.get_by_test_id(f"download-{name}").click()
+        click_save(page, name)
     picture = Image.open(download.value.path())
     assert picture.format == "PNG"
     return picture.convert("RGB")
@@ -58,8 +67,8 @@ def test_downloaded_curves_have_the_numbers_and_the_visible_lines(
     expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     curves = get_json(lab_server.address, "results", study="small")["curves"]
     rows = download_rows(page, "curves.csv")
-    means = [float(row["mean"]) for row in rows if row["curve"] == "evo/A"]
-    assert means == curves["evo/A"]["best"]["mean"]
+    medians = [float(row["value"]) for row in rows if row["curve"] == "evo/A"]
+    assert medians == curves["evo/A"]["best"]["center"]
     everything = download_picture(page, "curves.png")
     plot = read_box(page.get_by_test_id("curves").locator("canvas"))
     # The title is above the plot. The legend and the note are below.
@@ -84,9 +93,13 @@ def test_save_figure_gives_the_figure_of_the_report_in_four_formats(
         content = download.value.path().read_bytes()
         assert content.startswith(signature)
     rows = [*csv.DictReader(content.decode().splitlines())]
-    means = [float(row["mean"]) for row in rows if (row["condition"], row["measure"]) == EVO_BEST]
+    # Only the measure that is on the screen is saved.
+    assert {row["measure"] for row in rows} == {"best"}
+    medians = [
+        float(row["median"]) for row in rows if (row["condition"], row["measure"]) == EVO_BEST
+    ]
     curves = get_json(lab_server.address, "results", study="small")["curves"]
-    assert means == pytest.approx(curves["evo/A"]["best"]["mean"])
+    assert medians == pytest.approx(curves["evo/A"]["best"]["center"])
     assert {row["runs"] for row in rows} == {"2"}
 
 
@@ -202,7 +215,7 @@ def test_the_curves_of_a_live_run_are_downloaded(page: Page) -> None:
     download_picture(page, "fitness.png")
     assert len(download_rows(page, "share.csv")) == 4
     with page.expect_download() as download:
-        page.get_by_test_id("download-share.png").click()
+        click_save(page, "share.png")
     # The file and its name state the experiment and the number of runs.
     name = re.compile(r"evo[+\w-]*-A-share-\d+-runs?\.png")
     assert name.fullmatch(download.value.suggested_filename)
@@ -236,6 +249,7 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
         open_results(page, "study=small&runs=each&norm=map")
         page.get_by_test_id("finals").locator("summary").first.click()
         page.get_by_test_id("save-final-fitness").locator("summary").click()
+        page.get_by_test_id("saves-reaction-map-A").locator("summary").click()
         for control in (
             "each-run",
             "download-run-curves.csv",

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 import baldwinlab as bl
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
-from tests.lab.client import LabServer, read_box
+from tests.lab.client import LabServer, get_json, read_box
 
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 PRESETS = ["evo/A", "evo+drift/A"]
@@ -68,10 +68,18 @@ def test_ticked_presets_are_compared_with_the_changes_of_the_form(
     stored = StudyStore(study.directory).experiments.values()
     assert [experiment.world.food[0].y for experiment in stored] == [(80, 480), (80, 480)]
     rows = study.compare()
-    expect(page.get_by_test_id("compare-answer")).to_contain_text(
-        f"in items eaten by the average agent: {'+' if rows['effect'][0] > 0 else ''}"
+    # The curve and the verdict are side by side.
+    (summary,) = get_json(lab_server.address, "results", study=f"{folder}/presets")["comparison"][
+        "summary"
+    ]
+    expect(page.get_by_test_id("compare-answer")).to_have_text(summary)
+    curve, verdict = (
+        read_box(page.get_by_test_id(f"compare-{part}")) for part in ("curve", "answer")
     )
-    table = page.get_by_test_id("comparison").locator("tbody tr")
+    assert curve["x"] + curve["width"] <= verdict["x"]
+    assert curve["y"] <= verdict["y"] <= curve["y"] + curve["height"]
+    comparison = page.get_by_role("region", name="Comparison of conditions")
+    table = comparison.locator("tbody tr")
     expect(table.locator(".badge")).to_have_text(rows["verdict"].tolist())
     expect(table.first).to_contain_text("evo+drift/Aaverage agent")
     assert find_violations(page) == []
@@ -123,7 +131,8 @@ def test_values_are_planned_downloaded_started_and_opened_in_results(
     expect(page.get_by_test_id("compare-state")).to_have_text("Done")
     expect(page.get_by_test_id("compare-count")).to_have_text("4 of 4 runs")
     expect(page.get_by_test_id("compare-answer")).to_contain_text(
-        "The runs are too few to compare learning.rate = 0.1 and learning.rate = 0.01"
+        "The runs are too few to compare agents with learning.rate = 0.1 and agents with "
+        "learning.rate = 0.01"
     )
     page.get_by_test_id("compare-results").click()
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
@@ -158,6 +167,8 @@ def test_the_keyboard_ticks_presets_and_escape_removes_the_plan(page: Page) -> N
 def test_results_open_the_dialog_with_the_presets_of_the_study(page: Page) -> None:
     page.goto("/#/results?study=small")
     page.get_by_test_id("compare-link").click()
+    # With 10 runs, a verdict is possible.
+    expect(page.get_by_test_id("setup-compare-runs")).to_have_value("10")
     expect(page.get_by_test_id("compare-selection")).to_have_text(
         "Ticked: evo/A, evo+self-taught/A"
     )

@@ -86,7 +86,7 @@ def require_results_without_part(server: LabServer) -> None:
     run = get_json(server.address, "run", study="bits", condition="bit-strings", run=0)
     assert run["measure"] == "fitness"
     assert results["measures"]["best"]["axis"] == run["measure"]
-    assert len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
+    assert len(results["curves"]["bit-strings"]["best"]["center"]) == 5
     query = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
     assert "load its file, for example the copy" in get_error(
         server.address, "recording", 400, **query

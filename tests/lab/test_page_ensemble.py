@@ -43,6 +43,7 @@ def test_the_curves_of_an_ensemble_are_the_quantiles_of_its_runs(
     fitness = page.get_by_test_id("live-fitness")
     expect(fitness).to_contain_text("median, 50 % and 90 % of 7 runs")
     with page.expect_download() as download:
+        fitness.get_by_test_id("saves-fitness").locator("summary").click()
         fitness.get_by_test_id("download-fitness.csv").click()
     download.value.save_as(tmp_path / "fitness.csv")
     with (tmp_path / "fitness.csv").open(encoding="utf-8") as file:

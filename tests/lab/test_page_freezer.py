@@ -69,6 +69,7 @@ def test_agents_and_populations_are_kept_from_the_world_and_from_a_live_run(
 
 def test_stored_agents_become_the_founders_of_a_run_in_another_condition(page: Page) -> None:
     page.goto("/#/live?runs=1")
+    page.get_by_test_id("live-more").locator("summary").click()
     page.get_by_test_id("freezer").click()
     entry = page.get_by_test_id("frozen-file").filter(has_text="generation-2.nc")
     expect(entry).to_contain_text("evo+self-taught/A, generation 2, run 0, 20 agents")
@@ -84,6 +85,7 @@ def test_stored_agents_become_the_founders_of_a_run_in_another_condition(page: P
 
 def test_two_files_compete(page: Page) -> None:
     page.goto("/#/live")
+    page.get_by_test_id("live-more").locator("summary").click()
     page.get_by_test_id("freezer").click()
     page.get_by_test_id("compete-a").select_option("generation-0.nc")
     page.get_by_test_id("compete-b").select_option("generation-0.nc")

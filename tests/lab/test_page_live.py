@@ -88,6 +88,7 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(page.get_by_test_id("preset").locator("optgroup").first).to_have_attribute(
         "label", "Nam Le, 2019"
     )
+    page.get_by_test_id("all-presets").locator("summary").click()
     page.get_by_test_id("preset-search").fill("guess undecided")
     assert {"guessing", "evo+self-taught/A"} <= set(
         options.evaluate_all("options => options.map(option => option.value)")
@@ -110,6 +111,41 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(page.get_by_text(message)).to_have_count(0)
     expect(start).to_be_enabled()
     expect(setup_error).to_be_empty()
+
+
+def test_four_choices_in_words_are_before_all_presets(page: Page) -> None:
+    page.goto("/#/live")
+    choices = page.get_by_role("group", name="What to simulate").get_by_role("radio")
+    expect(choices).to_have_count(4)
+    expect(page.get_by_label("Agents that learn", exact=True)).to_be_checked()
+    expect(page.get_by_test_id("preset")).to_be_hidden()
+    page.get_by_label("Agents that do not learn").check()
+    expect(page).to_have_url(re.compile(r"preset=evo/A"))
+    expect(page.get_by_test_id("field-learning.rule")).to_have_value("none")
+    # A preset without words is shown in the list.
+    page.goto("about:blank")
+    page.goto("/#/live?preset=evo%2Bdrift/A")
+    expect(page.get_by_test_id("preset")).to_have_value("evo+drift/A")
+    expect(page.get_by_test_id("preset")).to_be_visible()
+
+
+def test_the_form_has_one_scroller_and_names_its_settings_in_words(page: Page) -> None:
+    page.goto(make_address({}))
+    page.get_by_test_id("group-population").locator("summary").first.click()
+    field = page.get_by_test_id("field-population.size")
+    scrollers = field.evaluate(
+        """field => {
+          const heights = [];
+          for (let box = field; box.id !== "view"; box = box.parentElement)
+            if (/auto|scroll/.test(getComputedStyle(box).overflowY)) heights.push(box.clientHeight);
+          return heights;
+        }"""
+    )
+    assert len(scrollers) == 1 and scrollers[0] >= 300
+    # The path is in the tooltip.
+    label = page.get_by_text("Number of agents per generation", exact=True)
+    expect(label).to_have_attribute("title", "population.size")
+    expect(label).to_have_attribute("for", "field-population.size")
 
 
 @pytest.mark.nightly
@@ -178,7 +214,7 @@ def test_every_kind_of_field_changes_the_simulated_experiment(
     page.get_by_test_id("remove-network.hidden.0").click()
     page.get_by_test_id("field-network.biases").check()
     page.get_by_test_id("field-evolution.selection").select_option("rank")
-    page.get_by_label("rate, slider", exact=True).fill("0.03")
+    page.get_by_label("Learning rate, slider", exact=True).fill("0.03")
     # An empty number of steps means the complete lifetime.
     expect(page.get_by_test_id("field-learning.steps")).to_have_value("")
     page.get_by_test_id("field-learning.steps").fill("250")

@@ -71,7 +71,8 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
 ) -> None:
     results = get_json(lab_server.address, "results", study="small")
     name = max(
-        results["conditions"], key=lambda condition: results["curves"][condition]["best"]["mean"][1]
+        results["conditions"],
+        key=lambda condition: results["curves"][condition]["best"]["center"][1],
     )
     open_results(page)
     plot = page.get_by_test_id("curves").locator(".u-over")
@@ -271,7 +272,15 @@ def test_a_study_without_a_paper_has_no_section_of_claims(page: Page) -> None:
 def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: LabServer) -> None:
     open_results(page)
     section = open_section(page, "comparison")
-    expect(section.locator("tbody tr")).to_have_count(2)
+    table = section.get_by_role("region", name="Comparison of conditions")
+    expect(table.locator("tbody tr")).to_have_count(2)
+    expect(table.locator("thead th")).to_have_text(
+        ["Condition", "Verdict", "Effect [95 % interval]", "Runs"]
+    )
+    tests = section.get_by_role("region", name="Tests")
+    expect(tests).to_be_hidden()
+    section.get_by_text("Tests: p, corrected p and A12").click()
+    expect(tests.locator("thead th")).to_have_text(["Condition", "p", "Corrected p", "A12"])
     expect(section).to_contain_text(
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
         " At least 5 runs are needed."

@@ -1,4 +1,4 @@
-"""Tests of the freezer, the map of behavior and the lineage tree in every window."""
+"""Tests of the freezer, "Is it innate?" and the lineage tree in every window."""
 
 from __future__ import annotations
 
@@ -61,13 +61,15 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     check_width(page)
     assert find_violations(page) == []
     page.get_by_test_id("behavior").click()
-    expect(page.get_by_test_id("behavior-plot").locator("circle")).to_have_count(20)
-    check_dialog(page, page.get_by_role("dialog", name="Map of behavior"))
+    expect(page.get_by_test_id("behavior-plot").locator("circle")).to_have_count(3)
+    check_width(page)
+    assert find_violations(page) == []
     page.goto(f"/#/world?{LIFE}&agent=3&inside=ancestors")
     expect(page.get_by_test_id("lineage").locator("svg")).to_be_visible()
     check_width(page)
     assert find_violations(page) == []
     page.goto("/#/live")
+    page.get_by_test_id("live-more").locator("summary").click()
     page.get_by_test_id("freezer").click()
     check_dialog(page, page.get_by_role("dialog", name="Freezer"))
     page.get_by_test_id("schedule").scroll_into_view_if_needed()

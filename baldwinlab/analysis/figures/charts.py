@@ -27,6 +27,8 @@ HALF_MEDIAN_LINE: Final = 0.36
 # People with any color vision can read cividis: J. R. Nuñez, C. R. Anderton and R. S. Renslow, PLOS
 # ONE 13 (2018).
 CIVIDIS: Final = "cividis"
+# Colors of text in cells, which a dark page does not replace.
+CELL_TEXT: Final = {"black": "#010101", "white": "#fefefe"}
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
 
 
@@ -142,7 +144,7 @@ def draw_cells(
     # The colors on white, [row, column, (red, green, blue)].
     backgrounds = opacities * colors[..., :3] + 1 - opacities
     for (row, column), text in np.ndenumerate(np.asarray(texts, str)):
-        color = choose_text_color(backgrounds[row, column].tolist())
+        color = CELL_TEXT[choose_text_color(backgrounds[row, column].tolist())]
         axes.text(column, row, str(text), ha="center", va="center", color=color)
     axes.grid(visible=False)
     return image

@@ -36,6 +36,7 @@ from baldwinlab.analysis.palette import (
     ORANGE,
     PALE,
     SERIES_COLORS,
+    figure_css,
 )
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.experiment.conditions import read_factors
@@ -61,13 +62,17 @@ MATPLOTLIB_SETTINGS: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.titlesize": 9,
     "figure.constrained_layout.use": True,
-    # Matplotlib contains this font, so text has the same shapes on every machine.
-    "font.family": "DejaVu Sans",
+    # Matplotlib contains DejaVu Sans, which has a free license. Verdana has about its widths, for a
+    # reader of an SVG without it.
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana"],
     "font.size": 8.5,
     "grid.color": PALE,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
-    "svg.fonttype": "path",
+    # Text is text, which programs can search and edit.
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
     # Without a salt, identifiers in the SVG are random.
     "svg.hashsalt": "baldwinlab",
     "xtick.labelsize": 8,
@@ -172,6 +177,15 @@ def _to_png(figure: Figure) -> bytes:
 
 
 @styled
+def _to_pdf(figure: Figure) -> bytes:
+    page = io.BytesIO()
+    figure.set_layout_engine("none")
+    metadata = {"CreationDate": None, "Creator": None, "Producer": None}
+    FigureCanvasPdf(figure).print_pdf(page, metadata=metadata)  # type: ignore[no-untyped-call]
+    return page.getvalue()
+
+
+@styled
 def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
     """Render a figure as a file, with a note below the panels that explains the figure.
 
@@ -202,7 +216,7 @@ class SavedFigure(NamedTuple):
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
-    """Write a figure as SVG and PNG.
+    """Write a figure as SVG, PDF and PNG.
 
     `folder`: the folder of the files, which are written atomically. `name`: the name of the files
     without a suffix. Returns the image for a page: an SVG that shows one panel per row in a narrow
@@ -213,10 +227,17 @@ def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     # The layout uses positions that the next drawing changes.
     layout = arrange_panels(figure)
     write_atomically(folder / f"{name}.svg", drawing)
+    write_atomically(folder / f"{name}.pdf", _to_pdf(figure))
     write_atomically(folder / f"{name}.png", _to_png(figure))
     width, height = figure.get_size_inches()
     wide_ratio = float(width / height)
     if layout is None:
-        return SavedFigure(drawing, wide_ratio, wide_ratio)
-    image = merge_layouts(drawing, figure, layout)
+        return SavedFigure(add_dark_colors(drawing), wide_ratio, wide_ratio)
+    image = add_dark_colors(merge_layouts(drawing, figure, layout))
     return SavedFigure(image, wide_ratio, layout.width / layout.height)
+
+
+def add_dark_colors(image: bytes) -> bytes:
+    """Return an SVG that has the colors of a dark page on a dark screen."""
+    head, separator, rest = image.partition(b"<metadata>")
+    return head + f"<style>{figure_css()}</style>".encode() + separator + rest

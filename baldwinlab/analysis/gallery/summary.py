@@ -5,6 +5,7 @@ A paper has the verdict on which all measured systems of the paper agree, or the
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,9 +43,11 @@ MIN_RELATIVE_ERROR: Final = 1e-3
 # Widths of the names of systems and of a panel, in inches.
 NAMES_WIDTH: Final = 2.4
 PANEL_WIDTH: Final = 1.6
+# Largest number of letters in a line of the title of a panel.
+TITLE_LETTERS: Final = 20
 # Heights of a row, and of the titles, the ticks and the legend together, in inches.
 ROW_HEIGHT: Final = 0.2
-AXES_HEIGHT: Final = 1.7
+AXES_HEIGHT: Final = 2.1
 VERDICT_STYLES: Final[Mapping[str, EstimateStyle]] = {
     YES: EstimateStyle(BLUE, size=5, width=1.4),
     OPPOSITE: EstimateStyle(VERMILION, "X", size=5, width=1.4),
@@ -200,7 +203,7 @@ def tabulate_verdicts(summaries: Sequence[QuestionSummary]) -> Table:
     verdicts = (*VERDICTS, MIXED)
     groups = [
         (
-            summary.question,
+            summary.title,
             [
                 ["systems", *(summary.systems[verdict] for verdict in VERDICTS), "–"],
                 ["papers", *(summary.papers[verdict] for verdict in verdicts)],
@@ -268,7 +271,8 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     )
     panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
     for axes, summary in zip(panels, summaries, strict=True):
-        axes.set_title(summary.question, loc="left", fontweight="bold")
+        title = textwrap.fill(summary.title, TITLE_LETTERS)
+        axes.set_title(title, loc="left", fontweight="bold")
         axes.set_xlabel(summary.unit if _needs_unit(summary.unit) else "")
         if summary.unit == LOG_RATIO:
             axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))

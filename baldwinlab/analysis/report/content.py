@@ -14,7 +14,7 @@ from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
-from baldwinlab.analysis.statistics.intervals import interval_of_mean, tabulate_interval
+from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
@@ -166,12 +166,12 @@ def describe_verdicts(results: Sequence[ClaimResult]) -> str:
         verdicts = [result.verdict for result in results if result.claim.kind == kind]
         if verdicts:
             noun = plural if len(verdicts) > 1 else singular
-            counts = "not counted" if kind == EXPLORATORY else _count_verdicts(verdicts)
+            counts = "not counted" if kind == EXPLORATORY else count_verdicts(verdicts)
             texts.append(f"{len(verdicts)} {noun}: {counts}")
     return "; ".join(texts)
 
 
-def _count_verdicts(verdicts: Sequence[Verdict]) -> str:
+def count_verdicts(verdicts: Sequence[Verdict]) -> str:
     """Return the number of each verdict, such as "7 hold, 1 is undecided"."""
     texts = []
     for verdict, (singular, plural) in zip(VERDICTS, VERDICT_VERBS, strict=True):
@@ -222,17 +222,17 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
 
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
-    """Return the mean over runs (`mean`, `low`, `high`): a row per condition and generation."""
+    """Return the median over runs (`median`, `low`, `high`) per condition and generation."""
     # The coordinates of the factors are dropped, because the name of a condition contains them.
     values = fitness.MEASURES[measure](data).reset_coords(drop=True)
-    rows = tabulate_interval(interval_of_mean(values), "mean")
+    rows = tabulate_interval(interval_of_median(values))
     # A stable sort: the rows of a condition follow each other, in the order of generations.
     order = values["condition"].values.tolist()
     rows.sort(key=lambda row: order.index(row["condition"]))
     return [
         {"condition": row["condition"], "measure": measure, **row}
         for row in rows
-        if np.isfinite(row["mean"])
+        if np.isfinite(row["median"])
     ]
 
 

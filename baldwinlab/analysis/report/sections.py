@@ -18,7 +18,7 @@ from baldwinlab.analysis import palette
 from baldwinlab.analysis.figures.style import save_figure
 from baldwinlab.analysis.report import content, tables
 from baldwinlab.analysis.report.data import Link
-from baldwinlab.analysis.results import numbers, table
+from baldwinlab.analysis.results import headlines, numbers, table
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
@@ -38,7 +38,8 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "badge": tables.badge,
     "verdict": tables.show_verdict,
     "contrasts_table": tables.tabulate_contrasts,
-    "summary": table.summarize_contrasts,
+    "summary": headlines.summarize_contrasts,
+    "tests_table": tables.tabulate_tests,
     "method": table.describe_method,
     "weakest": content.find_weakest_findings,
 }
@@ -94,10 +95,13 @@ def _make_environment() -> Environment:
 
 
 def write_page(
-    title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path
+    title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path, note: str = ""
 ) -> Path:
-    """Write a self-contained HTML page to `out`, with links to files in the folder `figures`."""
-    page = render("report/page.html", title=title, lead=lead, sections=sections)
+    """Write a self-contained HTML page to `out`, with links to files in the folder `figures`.
+
+    `lead`: the answer. `note`: what the numbers of the answer are.
+    """
+    page = render("report/page.html", title=title, lead=lead, note=note, sections=sections)
     return write_atomically(out, complete_page(page, out, figures).encode())
 
 
@@ -156,9 +160,9 @@ class ReportFigure(NamedTuple):
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
-    """Save a figure as SVG, PNG and CSV, and return the values for ``report/macros.html``."""
+    """Save a figure as SVG, PDF, PNG and CSV, and return the values for ``report/macros.html``."""
     saved = save_figure(figure.figure, folder, figure.name)
-    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
+    files = {kind: f"{figure.name}.{kind.lower()}" for kind in ("SVG", "PDF", "PNG")}
     if figure.table:
         files["CSV"] = f"{figure.name}.csv"
         columns = dict.fromkeys(column for row in figure.table for column in row)

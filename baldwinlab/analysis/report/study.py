@@ -27,14 +27,9 @@ from baldwinlab.analysis.report.sections import (
     save_and_inline,
 )
 from baldwinlab.analysis.report.tables import name_measures
-from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.results.contrasts import Contrast
+from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
 from baldwinlab.analysis.results.numbers import format_number
-from baldwinlab.analysis.results.table import (
-    format_effect,
-    format_test,
-    state_verdict,
-    summarize_contrasts,
-)
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
@@ -50,9 +45,8 @@ class Headline(NamedTuple):
     question: str
     # At most two sentences.
     answer: Sequence[str]
-    # Effect with interval, and test, of the first comparison. Empty for a single condition.
-    effect: str
-    test: str
+    # What the numbers of the answer are, or "" without a comparison.
+    statistic: str
     # Link to the compared lifetimes, and commands that write these lifetimes as movies.
     watch: Link | None
     commands: Sequence[str]
@@ -66,24 +60,16 @@ def compose_headline(report: ReportData) -> Headline:
     answer = [f"{verdicts}."] if verdicts else []
     if contrast:
         assert report.contrasts
-        answer.append(_state_answer(report.contrasts))
+        answer.append(summarize_contrasts(report.contrasts)[0])
     elif not verdicts:
         answer += _describe_conditions(report)
     return Headline(
         question=_compose_question(report),
         answer=answer,
-        effect=format_effect(contrast.numbers) if contrast else "",
-        test=format_test(contrast) if contrast else "",
+        statistic=describe_statistic(report.contrasts) if report.contrasts else "",
         watch=make_link(lives) if lives else None,
         commands=[format_replay_command(life) for life in lives],
     )
-
-
-def _state_answer(contrasts: Contrasts) -> str:
-    """Return the verdict of the only pair, or the number of pairs that differ."""
-    if len(contrasts.rows_by_pair) == 1:
-        return f"{state_verdict(contrasts.rows[0])}."
-    return summarize_contrasts(contrasts)[0]
 
 
 def _has_findings(report: ReportData) -> bool:

@@ -19,6 +19,7 @@ from baldwinlab.analysis.results.numbers import format_number, format_signed
 from baldwinlab.analysis.results.table import (
     HEADINGS,
     NUMBER_HEADINGS,
+    TEST_HEADINGS,
     format_comparison,
     list_cells,
 )
@@ -112,9 +113,21 @@ def tabulate_contrasts(contrasts: Contrasts) -> Table:
     return Table(label, columns_of_comparisons(HEADINGS), groups, "claims")
 
 
+def tabulate_tests(contrasts: Contrasts) -> Table:
+    """Return the table of the tests of the comparisons: p, corrected p and A12."""
+    groups = [
+        (
+            add_detail(cells["condition"], cells["context"]),
+            [[cells[key] for key in TEST_HEADINGS if key != "condition"]],
+        )
+        for cells in list_cells(contrasts)
+    ]
+    return Table("Tests", columns_of_comparisons(TEST_HEADINGS), groups, "claims")
+
+
 def tabulate_claims(results: Sequence[ClaimResult]) -> Table:
     """Return the table of the claims with their weakest findings, and the values of the paper."""
-    headings = {"condition": "Claim", "verdict": "Verdict", **NUMBER_HEADINGS}
+    headings = dict(HEADINGS) | {"condition": "Claim"}
     columns = columns_of_comparisons(headings)
     if any(result.claim.of_paper for result in results):
         columns["Paper"] = "paper"
@@ -123,8 +136,7 @@ def tabulate_claims(results: Sequence[ClaimResult]) -> Table:
         findings = find_weakest_findings(result)
         rows = [_finding_cells(finding) for finding in findings]
         if not rows:
-            dashes = ["–"] * (len(NUMBER_HEADINGS) - 1)
-            rows = [[badge(result.verdict), add_detail("", result.why_not), *dashes]]
+            rows = [[badge(result.verdict), add_detail("", result.why_not), "–"]]
         if "Paper" in columns:
             paper = add_detail(result.claim.paper, describe_distance(result))
             for index, row in enumerate(rows):
@@ -143,7 +155,8 @@ def _head_claim(result: ClaimResult, n_parts: int) -> Markup:
 
 def _finding_cells(finding: Finding) -> list[Any]:
     details = (describe_comparison(finding), finding.note)
-    return [show_verdict(finding), *number_cells(finding.numbers, finding.p_holm, *details)]
+    texts = format_comparison(finding.numbers, finding.p_holm)
+    return [show_verdict(finding), emphasize(texts["effect"], *details), texts["runs"]]
 
 
 def tabulate_findings(results: Sequence[ClaimResult]) -> Table:

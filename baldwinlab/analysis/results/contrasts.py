@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import groupby
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,12 +80,9 @@ class Contrasts:
     last: int  # Number of final generations over which a run is averaged.
     rows: tuple[Contrast, ...]
     instruction: str = ""  # How to add runs, with "{runs}" for the number of runs.
-
-    @property
-    def rows_by_pair(self) -> list[list[Contrast]]:
-        """The comparisons, grouped by pair of conditions. Rows of a pair follow each other."""
-        pairs = groupby(self.rows, key=lambda row: (row.condition, row.reference))
-        return [list(rows) for _, rows in pairs]
+    factors: Mapping[str, Factors] = field(default_factory=dict)  # By condition.
+    # Whether the agents of a condition learn. Empty if unknown.
+    learns: Mapping[str, bool] = field(default_factory=dict)
 
     @property
     def has_common_reference(self) -> bool:
@@ -138,6 +134,7 @@ def compare_final_values(
         pairing=describe_pairing(pairs, factors),
         last=last,
         rows=tuple(Contrast(*key, outcome, numbers[key], test) for key, test in family.items()),
+        factors=factors,
     )
 
 

@@ -1,8 +1,11 @@
-"""The table and the sentences of comparisons, the same in reports, the lab and terminals."""
+"""The tables of comparisons, the same in reports, the lab and terminals.
+
+The first table has effects and verdicts. The second one has the tests, and pages fold it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
@@ -11,12 +14,8 @@ from baldwinlab.analysis.results.verdicts import TOO_FEW_RUNS
 from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.experiment.outcome import name_outcome_of
 
-# Measure of the sentences about several conditions: the average agent.
-SUMMARY_MEASURE: Final = "mean"
 # The agent whose outcome is compared, by measure.
 AGENT_NAMES: Final = {"mean": "average agent", "best": "best agent"}
-# Largest number of conditions with a sentence of their own.
-MAX_SENTENCES: Final = 3
 # Headings of the numbers in all tables of comparisons, by key of `format_comparison`.
 NUMBER_HEADINGS: Final[Mapping[str, str]] = {
     "effect": "Effect [95 % interval]",
@@ -25,12 +24,17 @@ NUMBER_HEADINGS: Final[Mapping[str, str]] = {
     "a12": "A12",
     "runs": "Runs",
 }
-# The columns of a table of conditions, by key of `list_cells`. The first column also has the cell
-# "context".
+# The columns of both tables of conditions, by key of `list_cells`. The first column also has the
+# cell "context".
 HEADINGS: Final[Mapping[str, str]] = {
     "condition": "Condition",
     "verdict": "Verdict",
-    **NUMBER_HEADINGS,
+    "effect": NUMBER_HEADINGS["effect"],
+    "runs": NUMBER_HEADINGS["runs"],
+}
+TEST_HEADINGS: Final[Mapping[str, str]] = {
+    "condition": "Condition",
+    **{key: NUMBER_HEADINGS[key] for key in ("p", "p_holm", "a12")},
 }
 
 
@@ -53,7 +57,7 @@ def format_comparison(numbers: Comparison | Pairs, p_holm: float) -> dict[str, s
 
 
 def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
-    """Return the cells of each comparison as text, by the keys of `HEADINGS` and "context".
+    """Return the cells of each comparison as text, by the keys of both tables and "context".
 
     A common reference is left out, because `pairing` names it.
     """
@@ -113,30 +117,3 @@ def format_test(contrast: Contrast) -> str:
     return (
         f"corrected p {format_p_value(contrast.test.p_holm)}, {numbers.n_a} and {numbers.n_b} runs"
     )
-
-
-def summarize_contrasts(contrasts: Contrasts) -> list[str]:
-    """Return sentences on the average agent: how many conditions differ, then the largest effects.
-
-    A single comparison has one sentence.
-    """
-    rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
-    if len(rows) < 2:
-        return [describe_contrast(row) for row in rows]
-    significant = [row for row in rows if row.verdict in ("higher", "lower")]
-    significant.sort(key=lambda row: -abs(row.numbers.effect))  # Largest effect first.
-    outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
-    verdicts = [row.verdict for row in significant]
-    verb = "differ" if len(significant) > 1 else "differs"
-    numbers = [f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts)]
-    count = (
-        f"{len(significant) or 'None'} of {len(rows)} conditions {verb} from "
-        f"{_name_references(rows)} in {outcome}{': ' if numbers else ''}{', '.join(numbers)} "
-        "(corrected p below 0.05)."
-    )
-    return [count, *(describe_contrast(row) for row in significant[:MAX_SENTENCES])]
-
-
-def _name_references(rows: Sequence[Contrast]) -> str:
-    references = {row.reference for row in rows}
-    return references.pop() if len(references) == 1 else "the first on their map"

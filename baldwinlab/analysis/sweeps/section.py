@@ -21,6 +21,11 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import Table, name_measures, tabulate
 from baldwinlab.analysis.results.contrasts import Contrasts
+from baldwinlab.analysis.results.headlines import (
+    SUMMARY_MEASURE,
+    describe_statistic,
+    summarize_contrasts,
+)
 from baldwinlab.analysis.results.numbers import (
     format_estimate,
     format_number,
@@ -28,13 +33,15 @@ from baldwinlab.analysis.results.numbers import (
     format_signed,
     join_names,
 )
-from baldwinlab.analysis.results.table import AGENT_NAMES, SUMMARY_MEASURE
+from baldwinlab.analysis.results.table import AGENT_NAMES
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 from baldwinlab.experiment.outcome import name_outcome_of
 
+# Name of the figure of single fields.
+RESPONSES: Final = "responses"
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",
     "list": "list: one value of each field per point",
@@ -55,9 +62,18 @@ def write_sweep_report(
 ) -> Path:
     """Write the page of a sweep, and its figures in the folder `figures`, each atomically."""
     title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
-    lead = f"The value of a run is its average over the last {last} generations."
+    lead, note = compose_answer(finals, contrasts)
+    note = note or f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
-    return write_page(title, lead, sections, out, directory / "figures")
+    return write_page(title, lead, sections, out, directory / "figures", note)
+
+
+def compose_answer(finals: xr.Dataset, contrasts: Contrasts | None) -> tuple[str, str]:
+    """Return the answer of a sweep, and what its numbers are, or "" for means over points."""
+    if contrasts and contrasts.rows:
+        return summarize_contrasts(contrasts)[0], describe_statistic(contrasts)
+    effects = describe_effects(finals) if analysis.is_sampled(finals) else describe_ranges(finals)
+    return " ".join(effects), ""
 
 
 def make_section(
@@ -67,7 +83,10 @@ def make_section(
     contrasts: Contrasts | None = None,
     links: Sequence[Link] = (),
 ) -> Section:
-    """Make the section of a sweep, and save its figures in the folder `figures`."""
+    """Make the section of a sweep, and save its figures in the folder `figures`.
+
+    The heat maps are first, because they show how the effects of two fields depend on each other.
+    """
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
     shown_contrasts = contrasts if contrasts and contrasts.rows else None
@@ -78,7 +97,7 @@ def make_section(
         contrasts=shown_contrasts,
         figures=[
             save_and_inline(figure._replace(links=links), directory / "figures")
-            for figure in draw_figures(finals)
+            for figure in sorted(draw_figures(finals), key=_is_response)
         ],
         has_links=bool(links),
         sampled=is_sampled,
@@ -90,6 +109,11 @@ def make_section(
         timing=content.format_timing(provenance),
     )
     return Section(anchor="responses", title="Responses", body=body)
+
+
+def _is_response(figure: ReportFigure) -> bool:
+    """Return whether a figure shows the response to each field alone."""
+    return figure.name == RESPONSES
 
 
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
@@ -166,7 +190,7 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
     """Draw the response to each field, and a heat map for each pair of fields of a grid."""
     ranges = " ".join(describe_ranges(finals))
     yield ReportFigure(
-        name="responses",
+        name=RESPONSES,
         title="Response to each field",
         caption=_describe_curves(finals),
         alternative=f"Fitness by {join_names(finals.attrs['fields'])}. {ranges}",

@@ -40,6 +40,7 @@ from baldwinlab.analysis.atlas.tables import (
     list_cells,
     tabulate,
 )
+from baldwinlab.analysis.report.content import count_verdicts
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
     Section,
@@ -49,7 +50,6 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.results.numbers import to_csv
-from baldwinlab.analysis.results.verdicts import VERDICTS
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
 from baldwinlab.api.cells import read_digests
 from baldwinlab.core import console
@@ -201,13 +201,9 @@ def record_claim(result: AtlasClaimResult) -> dict[str, Any]:
 
 
 def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
-    """Return a sentence per verdict, such as "Holds: A1, A2."."""
-    sentences = []
-    for verdict in VERDICTS:
-        names = [claim.id for claim, evaluation in claims if evaluation.verdict == verdict]
-        if names:
-            sentences.append(f"{verdict.capitalize()}: {', '.join(names)}.")
-    return sentences
+    """Return the number of claims by verdict, such as ["Of 3 claims, 2 hold, 1 is undecided."]."""
+    verdicts = [evaluation.verdict for _, evaluation in claims]
+    return [f"Of {len(claims)} claims, {count_verdicts(verdicts)}."] if claims else []
 
 
 def _render_laws(results: AtlasResults, figures: Path) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -13,18 +13,20 @@ from baldwinlab.analysis.results.contrasts import (
     final_values,
     planned_tests,
 )
+from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
 from baldwinlab.analysis.results.numbers import replace_undefined
 from baldwinlab.analysis.results.table import (
     HEADINGS,
+    TEST_HEADINGS,
     describe_contrast,
     describe_method,
     list_cells,
-    summarize_contrasts,
 )
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import quote_path
+from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors
 from baldwinlab.experiment.outcome import combine_outcomes
 from baldwinlab.studies.open import open_sample
@@ -100,17 +102,27 @@ def compare_finals(
     condition with which all others are compared, or "" for the default.
     """
     names = finals["condition"].values.tolist()
+    learns = find_learners(study, names)
     if study.kind == SWEEP:
         # Points have no factors, so all points have one reference.
         titles = name_points(study)
         names = [titles[name] for name in names]
+        learns = {titles[name]: is_learner for name, is_learner in learns.items()}
         factors = dict.fromkeys(names, Factors())
         finals = finals.assign_coords(condition=names)
         baseline = titles.get(baseline, "")
     else:
         factors = {name: study.factors[name] for name in names}
     contrasts = compare_final_values(finals, factors, last, baseline)
-    return replace(contrasts, instruction=instruction_of(study))
+    return replace(contrasts, instruction=instruction_of(study), learns=learns)
+
+
+def find_learners(study: StudyStore, names: Sequence[str]) -> dict[str, bool]:
+    """Return whether the agents of each condition learn, or {} if a model is not loaded."""
+    try:
+        return {name: study.experiments[name].learns for name in names}
+    except ExperimentError:
+        return {}
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:
@@ -126,8 +138,9 @@ def require_baseline(study: StudyStore, baseline: str) -> None:
 def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
     """Return comparisons as plain data: numbers, and the texts of `results.table`.
 
-    Returns the sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
-    and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
+    Returns the sentences `summary`, `statistic`, `pairing`, `too_few` and `method`, the `headings`
+    and `test_headings` of both tables, and `rows` with numbers, `cells`, a `note` and a `sentence`.
+    An undefined number is None.
     """
     rows = []
     for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
@@ -136,9 +149,11 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
         rows.append(row | texts | {"cells": cells})
     return {
         "summary": summarize_contrasts(contrasts),
+        "statistic": describe_statistic(contrasts),
         "pairing": contrasts.pairing,
         "too_few": contrasts.too_few,
         "method": describe_method(contrasts),
         "headings": dict(HEADINGS),
+        "test_headings": dict(TEST_HEADINGS),
         "rows": rows,
     }

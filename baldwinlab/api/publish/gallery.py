@@ -18,6 +18,7 @@ from baldwinlab.analysis.gallery.decisions import (
     describe_too_few_runs,
 )
 from baldwinlab.analysis.gallery.summary import (
+    TITLES,
     QuestionSummary,
     conclude,
     draw_forest,
@@ -94,8 +95,10 @@ def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], li
         Section("clocks", "Time to half of the final fitness", clocks),
         Section("claims", "Claims of the papers", claims),
     ]
-    # The first conclusion is the lead. The section "Answers by system" has the other conclusions.
-    write_page(TITLE, next(conclude(decisions)), sections, out, figures)
+    # The answer to the first question is the lead. The first section has the other answers.
+    count, *answers = conclude(decisions)
+    lead, note = (answers[0], count) if answers else (count, "")
+    write_page(TITLE, lead, sections, out, figures, note)
     return entries, decisions
 
 
@@ -135,8 +138,9 @@ def _render_answers(
         figures=figures,
         verdicts=tabulate_verdicts(summaries),
         answers={summary.title: tabulate_measurements(summary) for summary in summaries},
-        conclusions=list(conclude(decisions))[1:],
+        conclusions=list(conclude(decisions))[2:],
         reasons=_group_reasons(decisions),
+        titles=TITLES,
         notes=list(_list_notes(entries, decisions)),
         omitted=[entry for entry in entries if entry.reason],
     )

@@ -41,7 +41,7 @@ SORTED_COLUMN: Final = "mean"
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 CACHE_FILE: Final = "results.json"
-FORMAT: Final = 3
+FORMAT: Final = 4
 """Version of the format. The version changes when the keys of the results change."""
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""
@@ -72,8 +72,8 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     results["compared_measures"] = list(COMPARED_MEASURES)
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
-        average, low, high = intervals.interval_of_mean(compute(data))
-        curves = {"mean": average, "low": low, "high": high}
+        center, low, high = intervals.interval_of_median(compute(data))
+        curves = {"center": center, "low": low, "high": high}
         for name in names:
             results["curves"][name][measure] = {
                 curve_name: to_list(curve.sel(condition=name))
@@ -109,9 +109,9 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
-    """Return the mean over runs of values [run, generation], and its 95 % interval."""
-    average, low, high = intervals.interval_of_mean(values)
-    return {"mean": to_list(average), "low": to_list(low), "high": to_list(high)}
+    """Return the median over runs of values [run, generation], and its 95 % interval."""
+    center, low, high = intervals.interval_of_median(values)
+    return {"center": to_list(center), "low": to_list(low), "high": to_list(high)}
 
 
 def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:

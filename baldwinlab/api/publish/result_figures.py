@@ -12,6 +12,7 @@ from baldwinlab.analysis.figures.style import render_figure
 from baldwinlab.analysis.report.content import count_runs, format_range
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.figures import load_figure
+from baldwinlab.analysis.report.figures.fitness import draw_measures
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.statistics import fitness
@@ -24,7 +25,8 @@ from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
 
-FIGURES_OF_CONDITIONS: Final = ("fitness", "final-fitness")
+CURVES: Final = "fitness"
+FIGURES_OF_CONDITIONS: Final = (CURVES, "final-fitness")
 FIGURE_OF_SWEEPS: Final = "responses"
 FORMATS: Final = ("svg", "pdf", "png", "csv")
 MAX_CONDITIONS: Final = 60
@@ -39,16 +41,19 @@ class FigureFile(NamedTuple):
 
 
 def make_figure_file(
-    study: StudyStore, name: str, file_format: str, conditions: Sequence[str]
+    study: StudyStore, name: str, file_format: str, conditions: Sequence[str], measure: str = ""
 ) -> FigureFile:
     """Make the file of a figure of the report, with the number of runs and the caption.
 
     `name`: one of `FIGURES_OF_CONDITIONS`, or for a sweep `FIGURE_OF_SWEEPS`. `file_format`: one of
-    `FORMATS`.
+    `FORMATS`. `measure`: the only measure of the curves, or "" for all measures of the report.
     """
     if file_format not in FORMATS:
         raise ValueError(f"format = {file_format!r} must be one of {', '.join(FORMATS)}")
-    figure = _draw(study, name, conditions)
+    if measure and (measure not in fitness.MEASURES or name != CURVES):
+        allowed = ", ".join(fitness.MEASURES)
+        raise ValueError(f"measure = {measure!r} must be one of {allowed}, for the figure {CURVES}")
+    figure = _draw(study, name, conditions, measure)
     if file_format == "csv":
         columns = dict.fromkeys(column for row in figure.table for column in row)
         content = to_csv(list(columns), figure.table)
@@ -57,7 +62,7 @@ def make_figure_file(
     return FigureFile(f"{figure.name}.{file_format}", content)
 
 
-def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigure:
+def _draw(study: StudyStore, name: str, conditions: Sequence[str], measure: str) -> ReportFigure:
     """Draw a figure, with the number of runs in the name, the caption and the table."""
     is_sweep = study.kind == SWEEP
     available = (FIGURE_OF_SWEEPS,) if is_sweep else FIGURES_OF_CONDITIONS
@@ -70,7 +75,7 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
     if is_sweep:
         drawn = next(section.draw_figures(compute_finals(label_points(study, data))))  # "responses"
     else:
-        drawn = _draw_conditions(study, data, name)
+        drawn = _draw_conditions(study, data, name, measure)
     runs = format_range(count_runs(data).values())
     # The path "." has a name only after `resolve`.
     title = study.directory.resolve().name
@@ -81,7 +86,7 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigu
     )
 
 
-def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str) -> ReportFigure:
+def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str, measure: str) -> ReportFigure:
     names = data["condition"].values.tolist()
     report = ReportData(
         directory=study.directory,
@@ -89,6 +94,8 @@ def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str) -> ReportFi
         experiments={condition: study.experiments[condition] for condition in names},
         results=_evaluate_claims(study, data) if name == "final-fitness" else (),
     )
+    if measure:
+        return draw_measures(report, [measure])
     figure = load_figure(name).draw(report)
     assert figure is not None
     return figure

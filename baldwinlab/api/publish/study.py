@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -36,7 +35,7 @@ from baldwinlab.analysis.results.contrasts import (
     COMPARED_MEASURES,
     COMPARISON_COLUMNS,
     Contrasts,
-    compare_conditions,
+    final_values,
 )
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.analysis.stages import section as stages_section
@@ -97,8 +96,7 @@ def publish_study(plan: ReportPlan) -> Published:
     samples = Samples(data, plan.last, plan.paper) if plan.paper else None
     results = evaluate_samples(samples) if samples else []
     instruction = instruction_of(study)
-    contrasts = compare_conditions(data, plan.last, plan.baseline)
-    contrasts = replace(contrasts, instruction=instruction)
+    contrasts = compare_finals(study, final_values(data, plan.last), plan.last, plan.baseline)
     paper_name = plan.paper.name if plan.paper else ""
     write_claims(study, claim_records(results, paper_name, study.changes))
     write_statistics(results, data, study.directory, plan.last, contrasts.rows)

@@ -35,7 +35,7 @@ FIGURE_TYPES = {
 # A movie needs the complete trace, with about 100 bytes of memory per agent-step.
 MAX_MOVIE_AGENT_STEPS = 2_000_000
 _REPORT_PATH = re.compile(
-    r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))"
+    r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|pdf|png|csv))"
 )
 
 
@@ -101,7 +101,7 @@ def make_figure(lab: Lab, query: QueryParams) -> Download:
     for condition in conditions:
         studies.find_condition(study, condition)
     name, file_format = read_text(query, "figure"), read_text(query, "format")
-    file = make_figure_file(study, name, file_format, conditions)
+    file = make_figure_file(study, name, file_format, conditions, query.get("measure", ""))
     return Download(file.content, FIGURE_TYPES[file_format], file.name)
 
 

@@ -27,6 +27,7 @@ from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.pages.downloads import Download
 from baldwinlab.lab.server.responses import QueuedResponse, follow_live_run
 from baldwinlab.lab.sources import (
+    behavior,
     comparison_plan,
     experiment_form,
     frames,
@@ -117,7 +118,11 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
         load("typical", results.load_typical_run, ("study", "condition")),
         load("results/runs", results.load_run_curves, ("study", "condition", "measure")),
         load("results/reaction", results.load_reaction_norms, ("study",)),
-        load("results/figure", downloads.make_figure, ("study", "figure", "format", "condition")),
+        load(
+            "results/figure",
+            downloads.make_figure,
+            ("study", "figure", "format", "condition", "measure"),
+        ),
         # Lifetimes
         load_container("recording", recording.load_recording, (*LIFE, "first", "last")),
         load_container("agent", inspector.load_agent, (*LIFE, "agent", "first", "last")),
@@ -125,7 +130,7 @@ def list_endpoints(comparisons: Comparisons) -> list[Endpoint]:
         load("run", history.load_fitness_curve, ("study", "condition", "run")),
         load("ancestors", history.load_ancestors, (*LIFE, "agent")),
         load("lineage", history.load_lineage, (*LIFE, "agent")),
-        load("behavior", history.load_behavior, (*LIFE, "of")),
+        load("behavior", behavior.load_behavior, (*LIFE, "of")),
         load_container(
             "alleles",
             views.pack_frequencies,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, registry, validate
 from baldwinlab.experiment.conditions import Factors
@@ -17,6 +17,14 @@ from baldwinlab.simulation.simulate import check_seed
 
 # In the message about an unknown field, this text follows the path of the field.
 UNKNOWN_FIELD_MESSAGE = ": there is no such field"
+
+# The first choices of the form, in words, by preset.
+CHOICES: Final = {
+    "evo+self-taught/A": "Agents that learn",
+    "evo/A": "Agents that do not learn",
+    "evo+self-taught/B": "Learning, food off course",
+    "self-taught/A": "Learning without evolution",
+}
 
 
 def check(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:
@@ -58,8 +66,8 @@ def _with_part_names(node: Any) -> Any:
 
 
 def describe_presets(lab: Lab, query: Query) -> dict[str, Any]:
-    """Return all presets, and the name of the preset that the form shows first."""
-    return {"presets": list_presets(), "default": choose_default_preset()}
+    """Return all presets, the first choices, and the name of the preset that is shown first."""
+    return {"presets": list_presets(), "choices": CHOICES, "default": choose_default_preset()}
 
 
 def load_form(lab: Lab, body: dict[str, Any]) -> dict[str, Any]:

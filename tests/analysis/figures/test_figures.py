@@ -288,11 +288,16 @@ def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
     assert [line.get_markerfacecolor() == "white" for line in ends] == [False, True] * 2
 
 
-def test_a_figure_is_saved_as_svg_and_png(tmp_path: Path) -> None:
+def test_a_figure_is_saved_as_svg_pdf_and_png(tmp_path: Path) -> None:
     saved = save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
     drawing = (tmp_path / "figures" / "maps.svg").read_bytes()
     # The image has the same drawing, with a second layout.
     assert drawing[drawing.index(b"<metadata>") : drawing.rindex(b"</svg>")] in saved.image
+    # Text can be edited, and only the image of a page has colors of a dark screen.
+    assert b">Map A<" in drawing
+    assert b"prefers-color-scheme: dark" in saved.image
+    assert b"prefers-color-scheme" not in drawing
+    assert (tmp_path / "figures" / "maps.pdf").read_bytes().startswith(b"%PDF")
     assert saved.narrow_ratio < 0.6 < 2 < saved.wide_ratio
     with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
         assert picture.width == 1440

@@ -130,11 +130,11 @@ def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_wat
     assert f"baldwinlab replay . {arguments}" in text
     # The numbers of a curve are those of its file.
     first, *rows = (page.parent / "figures" / "fitness.csv").read_text().splitlines()
-    assert first == "condition,measure,generation,mean,low,high"
+    assert first == "condition,measure,generation,median,low,high"
     assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
     # Every figure is kept and has a text in its place.
     assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
-        f"{name}{end}" for name in names for end in (".svg", ".png")
+        f"{name}{end}" for name in names for end in (".svg", ".pdf", ".png")
     }
     alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
     assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
@@ -142,7 +142,9 @@ def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_wat
     parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
     for part in parts:
         name, text = part.split('"')[0], part.split("</figure>")[0]
-        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "png", "csv")), name
+        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "pdf", "png", "csv")), (
+            name
+        )
         assert ("http://127.0.0.1:8642/#/world?" in text) == (name not in SETUP_FIGURES), name
 
 
@@ -399,7 +401,13 @@ def test_the_first_screen_has_question_answer_effect_and_a_link_to_watch(
 ) -> None:
     opened = browser.new_page(viewport={"width": width, "height": height})
     opened.goto(page.as_uri())
-    for part in (".question", ".lead", ".effect", ".first > div > .watch a", ".first figure h2"):
+    for part in (
+        ".question",
+        ".lead",
+        ".lead + .soft",
+        ".first > div > .watch a",
+        ".first figure h2",
+    ):
         bottom = opened.evaluate(
             "part => document.querySelector(part).getBoundingClientRect().bottom", part
         )
@@ -448,15 +456,16 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison_or_its_fitness
     contrasts = compare_conditions(data)
     headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
     assert headline.question == "Do mine and yours differ in fitness?"
-    assert headline.answer == ["yours is higher than mine in fitness of the average agent."]
-    assert headline.effect.startswith("+20.0 [") and headline.test.endswith("8 and 8 runs")
+    (answer,) = headline.answer
+    assert answer.startswith("The fitness of agents of yours is 20.0 higher than that of agents of")
+    assert "medians over 8 runs" in headline.statistic
     assert headline.commands == [
         f"baldwinlab replay . --condition {name} --run 3 --generation 11 --out life.mp4"
         for name in ("yours", "mine")
     ]
     headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
     assert headline.question == "How fit do the agents of mine become?"
-    assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.effect == ""
+    assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.statistic == ""
 
 
 def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:

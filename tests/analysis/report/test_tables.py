@@ -19,6 +19,7 @@ from baldwinlab.analysis.report.tables import (
     tabulate_claims,
     tabulate_contrasts,
     tabulate_findings,
+    tabulate_tests,
 )
 from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS, format_comparison
@@ -58,15 +59,17 @@ def test_a_detail_without_text_is_left_out() -> None:
     assert add_detail("a<", "") == Markup("a&lt;")
 
 
-def test_all_tables_of_comparisons_have_the_same_columns_of_numbers() -> None:
+def test_the_first_tables_have_effects_and_the_folded_ones_all_numbers() -> None:
     data = study(AS_THE_PAPER)
     results = evaluate_claims(data)
-    for table in (
-        tabulate_contrasts(compare_conditions(data)),
-        tabulate_claims(results),
-        tabulate_findings(results),
-    ):
-        assert set(NUMBER_HEADINGS.values()) <= set(table.columns)
+    contrasts = compare_conditions(data)
+    for first in (tabulate_contrasts(contrasts), tabulate_claims(results)):
+        shown = set(NUMBER_HEADINGS.values()) & set(first.columns)
+        assert shown == {NUMBER_HEADINGS["effect"], NUMBER_HEADINGS["runs"]}
+    first, tests = tabulate_contrasts(contrasts), tabulate_tests(contrasts)
+    assert set(NUMBER_HEADINGS.values()) <= {*first.columns, *tests.columns}
+    assert set(NUMBER_HEADINGS.values()) <= set(tabulate_findings(results).columns)
+    for table in (first, tests, tabulate_claims(results), tabulate_findings(results)):
         for _, rows in table.groups:
             assert {len(cells) for cells in rows} == {len(table.columns) - 1}
 

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser
 
 from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values
-from baldwinlab.analysis.results.table import summarize_contrasts
+from baldwinlab.analysis.results.headlines import summarize_contrasts
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.section import (
     describe_effects,
@@ -52,26 +52,24 @@ def compare_counts(data: xr.Dataset) -> Contrasts:
     return compare_final_values(named, dict.fromkeys(names, Factors()), 10)
 
 
-def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
+def test_a_sentence_about_a_point_has_its_interval() -> None:
     sentences = summarize_contrasts(compare_counts(grid(runs=12)))
     assert re.fullmatch(
-        r"\d of 5 conditions differs? from point 0 in fitness of the average agent: "
-        r"\d (higher|lower)(, \d lower)? \(corrected p below 0.05\)\.",
+        r"5 conditions compared with point 0 in fitness: \d (higher|lower)(, \d (\w+))*\.",
         sentences[0],
     )
     assert len(sentences) > 1
     for sentence in sentences[1:]:
         assert re.fullmatch(
-            r"point \d is (higher|lower) than point 0 in fitness of the average agent: "
-            r"\S+ \[\S+, \S+\], corrected p \S+, 12 and 12 runs\.",
+            r"The fitness of agents of point \d is \S+ (higher|lower) than that of agents of "
+            r"point 0 \[\S+, \S+\]\.",
             sentence,
         )
 
 
 def test_sentences_state_rank_correlations_intervals_and_missing_tests() -> None:
     assert summarize_contrasts(compare_counts(grid())) == [
-        "None of 5 conditions differs from point 0 in fitness of the average agent (corrected p "
-        "below 0.05)."
+        "5 conditions compared with point 0 in fitness: 5 too few runs."
     ]
     assert list(describe_effects(compute_finals(grid()))) == [
         "This report compares no points by a test."
@@ -93,6 +91,10 @@ def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     assert "6 points" in text and "Rank correlations" not in text
     # Along the count: the mean over runs of 50 items, and its interval.
     assert "12.0 [9.52, 14.5]" in text
+    # The answer and the heat map are before the curves and all tables.
+    heat_map = text.index('id="figure-responses-learning.rate-world.food.0.count"')
+    order = [text.index(part) for part in ('<p class="lead">By learning.rate, ', "<table")]
+    assert order[0] < heat_map < text.index('id="figure-responses"') < order[1]
 
 
 @pytest.mark.usefixtures("placeholder_figures")

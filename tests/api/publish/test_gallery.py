@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -96,6 +97,10 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
     assert systems["climbing/smooth"]["clock"]["counted"] == "lives"
     assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "35 questions" in page
+    # The answer and the figure are before the tables, in words.
+    (answer,) = re.findall(r'<p class="lead">(.*?)</p>', page)
+    assert re.search(r" in \d of \d measured systems?", answer)
+    assert page.index(answer) < page.index("<figure") < page.index("<table")
     assert 'href="http://127.0.0.1:8642/#/papers?paper=mayley-1996">mayley-1996</a>' in page
     Path("thesis.html").write_text("mine", encoding="utf-8")
     assert command("report", "all", "--out", "thesis.html").code == 2
@@ -107,6 +112,8 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
 def test_the_answers_fit_the_window(browser: Browser, gallery: Path, width: int) -> None:
     page = browser.new_page(viewport={"width": width, "height": 800})
     page.goto((gallery / "gallery.html").as_uri())
+    if width == 1280:
+        assert page.evaluate("document.documentElement.scrollHeight") <= 3000
     page.locator("details").evaluate_all("all => all.forEach(details => details.open = true)")
     tables = page.locator(".claims")
     assert tables.count() >= 4

@@ -245,6 +245,9 @@ def test_only_the_files_that_a_report_links_to_are_served(lab_server: LabServer)
         response = get_response(lab_server.address, "report/small/figures/fitness.csv")
         assert response.text == "condition,mean\n"
         assert response.headers["content-type"] == "text/plain; charset=utf-8"
+        (folder / "fitness.pdf").write_bytes(b"%PDF")
+        response = get_response(lab_server.address, "report/small/figures/fitness.pdf")
+        assert (response.content, response.headers["content-type"]) == (b"%PDF", "application/pdf")
         assert "no figures/other.svg yet" in get_error(
             lab_server.address, "report/small/figures/other.svg", 404
         )

@@ -153,6 +153,8 @@ def test_the_presets_are_listed_with_their_descriptions_and_the_default(
     assert {"evo/A", "self-taught/B"} <= set(names)
     assert all(preset["description"] for preset in response["presets"])
     assert response["default"] == "evo+self-taught/A"
+    assert len(response["choices"]) == 4
+    assert set(response["choices"]) <= {preset["name"] for preset in response["presets"]}
     (shown,) = (preset for preset in response["presets"] if preset["shown"])
     assert (shown["name"], shown["world"]) == (
         "evo+self-taught/B",

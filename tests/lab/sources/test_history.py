@@ -1,21 +1,18 @@
-"""Tests of the history of a run: fitness, innate behavior, ancestors, and the lineage tree."""
+"""Tests of the history of a run: fitness, ancestors, and the lineage tree."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 import xarray as xr
 
-import baldwinlab as bl
 from baldwinlab.lab.sources.history import MAX_AGENTS_PER_GENERATION, MAX_DEPTH, make_tree
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, SMALL, LabServer, get_json
-from tests.small_studies import make_small_study, shorten_preset
+from tests.small_studies import shorten_preset
 
 CONDITION = "evo+self-taught/A"
 RUN = {"study": "small", "condition": CONDITION, "run": 1}
@@ -91,29 +88,6 @@ def test_the_ancestors_in_a_preset_and_in_a_live_run_are_those_of_a_simulated_ru
         assert "is not finished" in reply.json()["error"]
         reply = CLIENT.get(f"{lab_server.address}/api/ancestors", params=query)
     assert reply.json() == compute_ancestors(simulate(shorten_preset(), seed=3, run=1), 2, 6)
-
-
-def test_the_agents_of_a_generation_have_the_numbers_of_the_assay_and_of_the_record(
-    lab_server: LabServer, tmp_path: Path
-) -> None:
-    response = get_json(lab_server.address, "behavior", **SMALL)
-    # The same study, because an assay writes files.
-    study = bl.open_study(make_small_study(tmp_path / "small", runs=2).directory)
-    stored = study.data()["energy"].sel(condition=SMALL["condition"], run=1, generation=2)
-    assert response["learned"] == stored.values.tolist()
-    assay = study.assay("innate").energy.sel(condition=SMALL["condition"], run=1, generation=2)
-    assert response["innate"] == assay.sel(life="off").values.tolist()
-    assert response["agents"] == list(range(20))
-    assert response["outcome"] == "items eaten"
-
-
-def test_the_means_of_generations_are_those_of_their_agents(lab_server: LabServer) -> None:
-    means = get_json(lab_server.address, "behavior", of="generations", **SMALL)
-    assert means["generations"] == [0, 1, 2]
-    for index, generation in enumerate(means["generations"]):
-        agents = get_json(lab_server.address, "behavior", **SMALL | {"generation": generation})
-        for name in ("innate", "learned"):
-            assert means[name][index] == pytest.approx(np.mean(agents[name]))
 
 
 def test_a_tree_has_the_ancestors_siblings_and_children_of_an_agent() -> None:

@@ -30,7 +30,7 @@ from baldwinlab.analysis.report.data import ReportData, StoredLife, format_repla
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_median
 
 # Number of maps in a row.
 N_COLUMNS = 3
@@ -67,7 +67,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
         caption=(
             f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; "
             "darker is longer, with one scale for all maps. The circle is the birthplace, and "
-            "rectangles contain items. Bottom: share of agents that eat an item, mean over runs "
+            "rectangles contain items. Bottom: share of agents that eat an item, median over runs "
             "with its 95 % interval."
         ),
         alternative=(
@@ -161,8 +161,8 @@ def _draw_share_that_ate(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Da
     style = next(condition.style for condition in conditions if condition.name == name)
     shares = fitness.share(dataset).sel(condition=name)
     n_runs = int(shares.notnull().any("generation").sum())
-    label = f"{name}, mean of {n_runs} runs"
-    draw_curve(axes, interval_of_mean(shares), style, label)
+    label = f"{name}, median of {n_runs} runs"
+    draw_curve(axes, interval_of_median(shares), style, label)
     if run in shares["run"]:
         run_shares = shares.sel(run=run)
         axes.plot(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import ceil
 from typing import NamedTuple
 
@@ -33,7 +33,8 @@ from baldwinlab.analysis.report.data import ReportData, list_replay_commands
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.intervals import interval_of_mean
+from baldwinlab.analysis.statistics.intervals import interval_of_median
+from baldwinlab.experiment.outcome import describe_measures
 
 # Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
 LEGEND_HEIGHT = 0.5
@@ -45,19 +46,27 @@ MEASURE_TITLES = {"best": "best agent", "mean": "average agent"}
 
 @declare_figure(needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure:
+    return draw_measures(report, tuple(MEASURE_TITLES))
+
+
+def draw_measures(report: ReportData, measures: Sequence[str]) -> ReportFigure:
+    """Draw the curves of one or both measures of `MEASURE_TITLES`, or of the share of eaters."""
     data = report.data
+    titles = describe_measures(fitness.outcome(data))
+    is_single = len(measures) == 1
+    name = titles[measures[0]]["title"] if is_single else name_fitness(data, "best", "average")
     return ReportFigure(
         title="Fitness over generations",
         caption=(
-            f"{name_fitness(data, 'best', 'average')} of each generation. Lines are means over "
-            "runs. Bands are 95 % intervals of the mean (Student's t)."
+            f"{name} of each generation. Lines are medians "
+            "over runs. Bands are 95 % intervals of the median."
         ),
         alternative=(
             "Curves of fitness by generation for each condition. "
             f"{describe_final_medians(data, report.last)}"
         ),
-        figure=draw_fitness_curves(data),
-        table=[row for measure in ("best", "mean") for row in tabulate_generations(data, measure)],
+        figure=draw_fitness_curves(data, measures),
+        table=[row for measure in measures for row in tabulate_generations(data, measure)],
         commands=list_replay_commands(report.lives) if "food_eaten" in data else (),
     )
 
@@ -71,29 +80,44 @@ class Panel(NamedTuple):
 
 
 def make_panels(
-    figure: Figure, dataset: xr.Dataset, is_single_column: bool = False
+    figure: Figure,
+    dataset: xr.Dataset,
+    is_single_column: bool = False,
+    measures: Sequence[str] = tuple(MEASURE_TITLES),
 ) -> Iterator[Panel]:
-    """Yield a panel for each map and measure, with the conditions to draw."""
+    """Yield a panel for each map and measure, with the conditions to draw.
+
+    The panels of a measure get the same vertical axis, so that maps can be compared.
+    """
     conditions = style_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
-    columns = 1 if is_single_column else len(MEASURE_TITLES)
-    grid = figure.subplots(len(maps) * len(MEASURE_TITLES) // columns, columns, squeeze=False)
+    columns = 1 if is_single_column else len(measures)
+    grid = figure.subplots(len(maps) * len(measures) // columns, columns, squeeze=False)
+    texts = describe_measures(fitness.outcome(dataset))
     # The reshaped grid is [map, measure].
-    for row, map_name in zip(grid.reshape(len(maps), -1), maps, strict=True):
+    panels = grid.reshape(len(maps), -1)
+    for row, map_name in zip(panels, maps, strict=True):
         conditions_on_map = [
             condition for condition in conditions if condition.map_name == map_name
         ]
-        for axes, (measure, measure_title) in zip(row, MEASURE_TITLES.items(), strict=True):
+        for axes, measure in zip(row, measures, strict=True):
+            measure_title = MEASURE_TITLES.get(measure, texts[measure]["title"])
             title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
             axes.set_title(title, loc="left", fontweight="bold")
-            axes.set_ylabel(wrap_label(fitness.outcome(dataset)))
+            axes.set_ylabel(wrap_label(texts[measure]["axis"]))
             yield Panel(axes, measure, conditions_on_map)
             # The caller has drawn into the panel now, so the upper limit is known.
             start_at_zero(axes)
+    for column in panels.T:
+        limits = [axes.get_ylim() for axes in column]
+        for axes in column:
+            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
 @styled
-def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
+def draw_fitness_curves(
+    dataset: xr.Dataset, measures: Sequence[str] = tuple(MEASURE_TITLES)
+) -> Figure:
     """Draw fitness by generation, with intervals: a row per map, a column per measure."""
     conditions = style_conditions(dataset)
     learners = {condition.learner: condition.style for condition in conditions}
@@ -101,11 +125,11 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     legend_height = max(LEGEND_HEIGHT, LEGEND_ROW_HEIGHT * n_legend_rows)
     n_maps = len({condition.map_name for condition in conditions})
     figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * n_maps))
-    tables = {measure: fitness.MEASURES[measure](dataset) for measure in MEASURE_TITLES}
-    for axes, measure, conditions_on_map in make_panels(figure, dataset):
+    tables = {measure: fitness.MEASURES[measure](dataset) for measure in measures}
+    for axes, measure, conditions_on_map in make_panels(figure, dataset, measures=measures):
         for condition in conditions_on_map:
             values = tables[measure].sel(condition=condition.name)
-            draw_curve(axes, interval_of_mean(values), condition.style)
+            draw_curve(axes, interval_of_median(values), condition.style)
         label_generations(axes)
     draw_legend(figure, learners)
     return figure

@@ -148,6 +148,7 @@ export function computeBoxStatistics(values) {
  * @property {number} y
  * @property {string} label for tooltips and screen readers
  * @property {number} shade from 0 to 1
+ * @property {string} name next to the point, or ""
  */
 
 /**
@@ -219,6 +220,12 @@ function drawScatterPlot({ title, xLabel, yLabel, points, color }) {
         createSvg("title", {}, label),
       )
     ),
+    ...points.filter(({ name }) => name).map(({ x, y, name }) => {
+      const isRight = computeShare(x) > 0.5;
+      const distance = SCATTER_RADIUS + 4;
+      const left = toX(x) + (isRight ? -distance : distance);
+      return drawTextLabel(name, left, toY(y) + 4, isRight ? "end" : "start", { class: "name" });
+    }),
   );
   return svg;
 }

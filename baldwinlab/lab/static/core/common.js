@@ -80,6 +80,24 @@ export function createFold(testid, title, open, ...content) {
   return el("details", { class: "card", open, "data-testid": testid }, summary, ...content);
 }
 
+/**
+ * Create a menu that closes after a choice.
+ * @param {string} title
+ * @param {(HTMLElement|null)[]} items
+ * @param {string} testid
+ */
+export function createMenu(title, items, testid) {
+  const list = el("div", { class: "menu-items" }, items);
+  const menu = el(
+    "details",
+    { class: "menu", "data-testid": testid },
+    el("summary", {}, title),
+    list,
+  );
+  list.addEventListener("click", () => (menu.open = false));
+  return menu;
+}
+
 /** Create a hint about a command of the terminal. */
 export function createCommandHint(sentence, command) {
   return el("p", { class: "soft" }, `${sentence} Run `, el("code", {}, command), ".");

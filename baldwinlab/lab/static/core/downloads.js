@@ -1,12 +1,12 @@
 /** Downloads of the visible data: tables as CSV, charts as PNG. */
 
-import { createButton, el } from "./common.js";
+import { createButton, createMenu, el } from "./common.js";
 
-export const CURVE_COLUMNS = ["curve", "generation", "mean", "low", "high"];
+export const CURVE_COLUMNS = ["curve", "generation", "value", "low", "high"];
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
- * Return buttons that download the data of a chart, and its picture if it has one.
+ * Return a menu that downloads the data of a chart, and its picture if it has one.
  * @param {string} name of the chart
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
@@ -15,12 +15,11 @@ const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml
  */
 export function createChartDownloads(name, columns, rows, drawPicture = null, file = name) {
   const formatRows = () => formatCsv(columns, rows());
-  return el(
-    "div",
-    { class: "row chart-saves" },
+  const items = [
     createDownloadButton(`${name}.csv`, formatRows, "Save as CSV", `${file}.csv`),
     drawPicture && createDownloadButton(`${name}.png`, drawPicture, "Save as PNG", `${file}.png`),
-  );
+  ];
+  return createMenu("Save", items, `saves-${name}`);
 }
 
 /**
@@ -28,10 +27,11 @@ export function createChartDownloads(name, columns, rows, drawPicture = null, fi
  * @param {string} study
  * @param {"fitness"|"final-fitness"|"responses"} figure
  * @param {string[]} conditions
+ * @param {Object<string, string>} [selection] the measure of the visible curves
  */
-export function createFigureLinks(study, figure, conditions) {
+export function createFigureLinks(study, figure, conditions, selection = {}) {
   const createLink = (format) => {
-    const query = new URLSearchParams({ study, figure, format });
+    const query = new URLSearchParams({ study, figure, format, ...selection });
     for (const condition of conditions) query.append("condition", condition);
     return el(
       "a",
@@ -77,8 +77,8 @@ export function saveFile(blob, name) {
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-/** Return one row per generation of each curve. The values have a name, such as "mean". */
-export function listCurveRows(generations, series, name = "mean") {
+/** Return one row per generation of each curve. The values have a name, such as "median". */
+export function listCurveRows(generations, series, name = "value") {
   return series.flatMap(({ label, values, low, high }) =>
     generations.map((generation, index) => ({
       curve: label,

@@ -179,8 +179,8 @@ export const PAPERS =
   "the paper, its card shows the verdicts.";
 
 export const RESULTS =
-  "Each curve is the mean of one condition over its runs, and the band is the 95 % confidence" +
-  " interval of the mean. The comparison says whether the runs establish a difference. Click a" +
+  "Each curve is the median of one condition over its runs, and the band is its 95 % confidence" +
+  " interval. The comparison says whether the runs establish a difference. Click a" +
   " curve to watch that generation.";
 
 /** @type {Topic[]} */

@@ -1,6 +1,7 @@
 /** The two kinds of comparisons: presets, and values of one or two settings. */
 
 import { createField, createSelect, el } from "../core/common.js";
+import { formatName } from "./form_schema.js";
 import { matchesWords } from "./setup_fields.js";
 
 const MAX_FIELDS = 2;
@@ -50,7 +51,7 @@ function createFieldRow(fieldValues, number, initial, listOptions) {
   const field = createSelect(
     [
       ["", number ? "none" : "choose a setting"],
-      ...[...fieldValues.keys()].map((path) => [path, path]),
+      ...[...fieldValues.keys()].map((path) => [path, formatPath(path)]),
     ],
     initial?.[0],
     () => changeField(),
@@ -119,6 +120,14 @@ function listFields(tree, path = "") {
   return Object.entries(tree).flatMap(([key, child]) =>
     listFields(child, path ? `${path}.${key}` : key)
   );
+}
+
+/** Return a path in words: "world.food.0.count" is "world, food 1, count". */
+function formatPath(path) {
+  const words = path.split(".").map((part) =>
+    /^\d+$/.test(part) ? Number(part) + 1 : formatName(part)
+  );
+  return words.join(", ").replace(/, (\d+)/g, " $1");
 }
 
 /** Return some initial values. */

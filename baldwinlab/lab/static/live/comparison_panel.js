@@ -3,6 +3,7 @@
 import { createButton, el, getJSON, postJSON, showMessage } from "../core/common.js";
 import { formatDuration } from "./comparison_dialog.js";
 import { createComparisonTable, formatAnswer } from "../results/comparison.js";
+import { drawMedians } from "../results/results_curves.js";
 import { showState } from "./live_feed.js";
 
 // Milliseconds between two requests.
@@ -19,7 +20,9 @@ export class ComparePanel {
     this.onGone = onGone;
     this.aborted = new AbortController();
     this.createElements();
-    root.replaceChildren(this.createCard());
+    this.card = this.createCard();
+    this.chart = null;
+    root.replaceChildren(this.card);
     this.poll().catch((error) =>
       this.aborted.signal.aborted || showMessage(error.message, "error")
     );
@@ -84,12 +87,23 @@ export class ComparePanel {
     else if (comparison.stored) await this.showResult();
   }
 
-  /** Show the answer and the table of the stored runs, as in Results. */
+  /** Show the answer and the curves of the stored runs, and the table, as in Results. */
   async showResult() {
     const query = new URLSearchParams({ study: this.name });
-    const { comparison } = await getJSON(`api/results?${query}`, this.aborted.signal);
+    const results = await getJSON(`api/results?${query}`, this.aborted.signal);
+    const { comparison } = results;
     this.answer.textContent = formatAnswer(comparison);
-    this.answer.after(createComparisonTable(comparison, true));
+    const plot = el("div", { "data-testid": "compare-curve" });
+    const verdict = el(
+      "div",
+      {},
+      this.answer,
+      el("p", { class: "soft" }, comparison.statistic),
+    );
+    this.card.append(el("div", { class: "compare-result" }, plot, verdict));
+    this.card.after(createComparisonTable(comparison, true));
+    // The chart needs the width of its element on the page.
+    this.chart = drawMedians(plot, results);
   }
 
   show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {
@@ -109,5 +123,6 @@ export class ComparePanel {
 
   close() {
     this.aborted.abort();
+    this.chart?.destroy();
   }
 }

@@ -12,7 +12,7 @@ import { applyChanges, findChanges } from "../core/experiment_changes.js";
 import { createForm } from "./form.js";
 import { describeOrigin, listFrozenFiles } from "./freezer_panel.js";
 
-// Shown before all parameters.
+// Shown before all settings, with titles that are complete outside their groups.
 const MAIN_SETTINGS = {
   "learning.rule": "Learning rule",
   "learning.rate": "Learning rate",
@@ -91,7 +91,6 @@ export class ExperimentFields {
 function listMainFields(form) {
   return Object.entries(MAIN_SETTINGS).flatMap(([path, title]) => {
     const field = form.findField(path);
-    // The title of a field is complete only within its group.
     if (field) field.querySelector("label, .form-name").textContent = title;
     return field ?? [];
   });

@@ -14,7 +14,7 @@ import {
   createSlider,
   createTextInput,
 } from "./form_inputs.js";
-import { formatName, resolve } from "./form_schema.js";
+import { describeSetting, formatName, resolve } from "./form_schema.js";
 
 /**
  * @typedef {object} Form
@@ -118,6 +118,9 @@ function createFields(form, node, holder, path) {
   const visible = Object.entries(node.properties ?? {}).filter(
     ([name]) => holder[name] !== undefined,
   );
+  // The tables of an experiment are before its name and model, which few users change.
+  const isTable = ([, child]) => resolve(form, child).type === "object";
+  if (!path) visible.sort((first, second) => Number(isTable(second)) - Number(isTable(first)));
   const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
     ...visible.map(([name, child]) =>
@@ -141,27 +144,28 @@ function createConstantField(title, value, path) {
 /** Return the element of `holder[key]`, which it updates. A group can have its own title. */
 function createField(form, node, holder, key, path, title) {
   if (form.custom[path]) return createCustomField(form, node, holder, key, path);
-  const name = formatName(key);
+  const { name, hint } = describeSetting(key, node.description);
   if (node.const !== undefined) return createConstantField(name, node.const, path);
-  if (node.type === "object") return createGroup(form, node, holder[key], path, title ?? name);
+  if (node.type === "object")
+    return createGroup(form, node, holder[key], path, title ?? formatName(key));
   if (!node.enum && !node.prefixItems && node.type === "array" && node.items)
     return createList(form, node, holder, key, path);
-  const inputs = createInputs(form, node, holder, key, path);
+  const inputs = createInputs(form, node, holder, key, path, name);
   return inputs
-    ? createLabeledField(form, node, path, name, inputs)
+    ? createLabeledField(form, path, name, hint, inputs)
     : createConstantField(name, holder[key], path);
 }
 
 /** Return the inputs of a field, or null for an unknown type. */
-function createInputs(form, node, holder, key, path) {
+function createInputs(form, node, holder, key, path, name) {
   if (node.type === "boolean") return [createCheckbox(form, holder, key)];
   if (node.enum) return [createChoice(form, node, holder, key)];
   if (node.prefixItems)
-    return createNumberInputs(form, node, holder[key], path, formatName(key));
+    return createNumberInputs(form, node, holder[key], path, name);
   if (node.type === "string") return [createTextInput(form, node, holder, key)];
   if (node.type !== "number" && node.type !== "integer") return null;
   const number = createNumberInput(form, node, holder, key);
-  const slider = createSlider(form, node, holder, key, number, formatName(key));
+  const slider = createSlider(form, node, holder, key, number, name);
   return slider ? [slider, number] : [number];
 }
 
@@ -191,18 +195,18 @@ function createGroup(form, node, value, path, title) {
   return el(
     "details",
     { class: "form-group", "data-testid": `group-${path}` },
-    el("summary", {}, title),
+    el("summary", { title: path }, title),
     fault,
     hint,
     ...createFields(form, node, value, path),
   );
 }
 
-/** Return a field: name, inputs, error and description. The last input is labeled. */
-function createLabeledField(form, node, path, title, inputs) {
+/** Return a field: name, inputs, error and hint. The last input is labeled. */
+function createLabeledField(form, path, name, text, inputs) {
   const input = inputs.at(-1);
   const id = `field-${path}`;
-  const hint = el("span", { class: "hint", id: `${id}-hint` }, node.description);
+  const hint = el("span", { class: "hint", id: `${id}-hint` }, text);
   const fault = el("p", { class: "fault", id: `${id}-fault`, hidden: true });
   input.id = id;
   input.setAttribute("data-testid", id);
@@ -211,10 +215,10 @@ function createLabeledField(form, node, path, title, inputs) {
   return el(
     "div",
     { class: "form-field" },
-    el("label", { for: id }, title),
+    el("label", { for: id, title: path }, name),
     el("div", { class: "form-inputs" }, ...inputs),
     fault,
-    node.description ? hint : null,
+    hint,
   );
 }
 

@@ -42,6 +42,18 @@ function chooseDefault(form, node) {
   return resolved.minimum ?? 0;
 }
 
+/**
+ * Return the name of a setting in words, and the rest of its description: "Width of the map, in
+ * units of length." is the name "Width of the map", and the hint "in units of length.". Without a
+ * description, the name is that of the key.
+ * @param {string} key
+ * @param {string} [description]
+ */
+export function describeSetting(key, description = "") {
+  const [, name, hint] = /^([^.,:;(]*)[.,:;]?\s*(.*)$/s.exec(description);
+  return { name: name.trim() || formatName(key), hint };
+}
+
 /** Return `FoodRegion` and `food_region` as "food region". */
 export function formatName(name) {
   return name

@@ -1,5 +1,6 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
+import { getCurrentView } from "../core/address.js";
 import { createButton, el, getJSON, isServerless, postJSON } from "../core/common.js";
 import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "../core/experiment_changes.js";
@@ -14,6 +15,8 @@ import { parseWholeNumber } from "./live_selector.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
+// Runs of each condition of a comparison, if the user has set no number. They usually decide.
+const COMPARED_RUNS = 10;
 // The start button can be outside the form.
 const FORM_ID = "live-settings";
 
@@ -68,7 +71,7 @@ export class Setup {
     });
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.compare);
-    // The view places the list of runs here.
+    // The view places a menu here.
     this.corner = el("span", {});
     this.reset = createButton("Undo all changes", () => this.resetToPreset(), {
       class: "quiet",
@@ -82,9 +85,12 @@ export class Setup {
   /** Load the presets and fill `root`. */
   async show(root) {
     this.root = root;
-    const { presets, default: defaultPreset } = await getJSON("api/presets", this.signal);
+    const { presets, choices = {}, default: defaultPreset } = await getJSON(
+      "api/presets",
+      this.signal,
+    );
     const { preset } = this.state;
-    this.preset = new PresetPicker(presets, () => this.resetToPreset());
+    this.preset = new PresetPicker(presets, choices, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
@@ -94,7 +100,8 @@ export class Setup {
 
   /** Open the dialog of a comparison. */
   openCompareDialog(compared) {
-    const { runs, seed } = this.numbers;
+    const { seed } = this.numbers;
+    const runs = parseWholeNumber(getCurrentView().state.runs) ?? COMPARED_RUNS;
     const { presets } = this.preset;
     const listOptions = (path) =>
       [...(this.fields.form.findField(path)?.querySelector("select")?.options ?? [])].map(
@@ -130,6 +137,13 @@ export class Setup {
     await this.loadPreset(name, findChanges(experiment, base));
   }
 
+  /** Change the experiment of the form, for example by a drag on the map. */
+  async edit(change) {
+    const experiment = structuredClone(this.fields.form.value);
+    change(experiment);
+    await this.fields.build(experiment, {});
+  }
+
   createElement() {
     const { numbers, fault } = this;
     const remember = (name) => (value) => {
@@ -163,7 +177,7 @@ export class Setup {
       el(
         "div",
         { class: "row" },
-        el("h2", {}, "Parameters"),
+        el("h2", {}, "All settings"),
         el("span", { class: "spread" }),
         this.reset,
       ),

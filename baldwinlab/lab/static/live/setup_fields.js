@@ -65,9 +65,10 @@ const MIN_SEARCHED = 20;
 export class PresetPicker {
   /**
    * @param {{name: string, paper?: string, description: string}[]} presets
+   * @param {Object<string, string>} choices the first choices, in words, by preset
    * @param {() => void} chosen called when the user chooses a preset
    */
-  constructor(presets, chosen) {
+  constructor(presets, choices, chosen) {
     this.presets = presets;
     this.list = el("select", { "data-testid": "preset", onchange: chosen }, groupPresets(presets));
     this.description = el("p", { class: "hint" });
@@ -76,15 +77,39 @@ export class PresetPicker {
       placeholder: `Search ${presets.length} presets`,
       "aria-label": "Search presets",
       "data-testid": "preset-search",
-      hidden: presets.length < MIN_SEARCHED,
+      hidden: this.hasFew,
       oninput: () => this.filter(),
     });
     this.list.addEventListener("change", () => this.describe());
+    this.choices = Object.entries(choices)
+      .map(([name, title]) => this.createChoice(name, title, chosen));
+    this.all = el(
+      "details",
+      { class: "live-presets", "data-testid": "all-presets", open: this.hasFew },
+      el("summary", {}, `All ${presets.length} presets`),
+      createField("Preset", this.list, this.description),
+      this.search,
+    );
+  }
+
+  /** Whether the list is short, as on most exported pages. */
+  get hasFew() {
+    return this.presets.length < MIN_SEARCHED;
+  }
+
+  createChoice(name, title, chosen) {
+    const choose = () => {
+      this.value = name;
+      chosen();
+    };
+    const input = el("input", { type: "radio", name: "preset", value: name, onchange: choose });
+    return el("label", { class: "inline" }, input, title);
   }
 
   get elements() {
-    const { list, description, search } = this;
-    return [createField("Preset", list, description), search];
+    if (this.hasFew) return [this.all];
+    const legend = el("legend", { class: "visually-hidden" }, "What to simulate");
+    return [el("fieldset", { class: "live-choices" }, legend, ...this.choices), this.all];
   }
 
   has(name) {
@@ -106,6 +131,10 @@ export class PresetPicker {
   describe() {
     const preset = this.presets.find(({ name }) => name === this.value);
     this.description.textContent = preset?.description ?? "";
+    const radios = this.choices.map((choice) => choice.querySelector("input"));
+    for (const radio of radios) radio.checked = radio.value === this.value;
+    // A preset without a choice in words is shown in the list.
+    if (!radios.some(({ checked }) => checked)) this.all.open = true;
   }
 
   /** List the presets whose name, paper or description contains the words of the search. */

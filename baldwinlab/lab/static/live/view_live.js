@@ -1,14 +1,14 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
 import { getCurrentView } from "../core/address.js";
-import { el, getJSON, isServerless, showMessage } from "../core/common.js";
+import { createMenu, el, getJSON, isServerless, showMessage } from "../core/common.js";
 import { ComparePanel } from "./comparison_panel.js";
 import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
+import { LiveMap } from "./live_map.js";
 import { LivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
 import { createRunListButton, describeRun } from "./run_list.js";
-import { WorldView } from "../world/world_view.js";
 
 // Removes the state of the previous run or comparison.
 const EMPTY_STATE = {
@@ -41,6 +41,8 @@ class LiveView {
     this.opening = opening;
     this.feed = null;
     this.panel = null;
+    // The map of the settings, while no run is shown.
+    this.map = null;
     // The id of the visible run or comparison, or "".
     this.shownId = null;
     this.aborted = new AbortController();
@@ -53,8 +55,8 @@ class LiveView {
     this.setup = new Setup(state, navigate, this.createListener(), signal);
     if (!isServerless()) {
       const useFounders = (preset, file) => this.useFounders(preset, file);
-      this.setup.begin.append(createFreezerButton(useFounders, signal));
-      this.setup.corner.append(createRunListButton(signal));
+      const items = [createRunListButton(signal), createFreezerButton(useFounders, signal)];
+      this.setup.corner.append(createMenu("More", items, "live-more"));
     }
     this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
   }
@@ -110,7 +112,7 @@ class LiveView {
       this.leave();
       this.showQuestion();
     }
-    drawPreview(this.stage, preview);
+    this.map?.show(preview);
   }
 
   showComparison(name) {
@@ -154,18 +156,17 @@ class LiveView {
   async showEmpty(title, content) {
     const { signal } = this.aborted;
     const activeList = el("ul", { class: "live-active" });
-    const map = el("canvas", {
-      class: "live-preview",
-      hidden: true,
-      role: "img",
-      "aria-label": "Map with the start area and the items",
-    });
+    const showError = (error) => signal.aborted || showMessage(error.message, "error");
+    this.map = new LiveMap(
+      () => this.setup.fields.form.value,
+      (change) => this.setup.edit(change).catch(showError),
+    );
     this.stage.replaceChildren(
       el(
         "section",
         { class: "card empty", "data-testid": "live-empty" },
         el("h1", {}, title),
-        map,
+        this.map.element,
         el("p", {}, content),
         activeList,
       ),
@@ -189,6 +190,7 @@ class LiveView {
     this.panel?.close();
     this.feed = null;
     this.panel = null;
+    this.map = null;
   }
 
   unmount() {
@@ -204,15 +206,4 @@ function createComparisonLink({ name, stored, runs, state }) {
 
 function createLinkEntry(href, text) {
   return el("li", {}, el("a", { href }, text));
-}
-
-/** Draw the map of the selected settings if no run is selected. */
-function drawPreview(stage, preview) {
-  const map = stage.querySelector(".live-preview");
-  if (!map) return;
-  map.hidden = !preview.world;
-  if (map.hidden) return;
-  const view = new WorldView(map);
-  view.setWorld(preview);
-  view.draw(null, 0);
 }

@@ -7,10 +7,12 @@ const TONES = { higher: "good", lower: "warm" };
 /**
  * @typedef {object} Comparison as `record_contrasts` returns it
  * @property {string[]} summary sentences, the first about all conditions
+ * @property {string} statistic what the numbers of the sentences are
  * @property {string} pairing
  * @property {string} too_few a sentence, or ""
  * @property {string} method
- * @property {Object<string, string>} headings by key of the cells
+ * @property {Object<string, string>} headings of the first table, by key of the cells
+ * @property {Object<string, string>} test_headings of the folded table
  * @property {{verdict: string, note: string, cells: Object<string, string>}[]} rows
  */
 
@@ -29,33 +31,35 @@ export function formatAnswer(comparison) {
  */
 export function createComparisonTable(comparison, isOpen) {
   if (!comparison?.rows.length) return "";
-  const { pairing, method, too_few: tooFew, headings, rows } = comparison;
-  const table = el(
+  const { statistic, pairing, method, too_few: tooFew, headings, rows } = comparison;
+  return createFold(
+    "comparison",
+    "Comparison",
+    isOpen,
+    tooFew && el("p", {}, tooFew),
+    el("p", { class: "soft" }, statistic),
+    createTable("Comparison of conditions", headings, rows),
+    createDetails(
+      "Tests: p, corrected p and A12",
+      createTable("Tests", comparison.test_headings, rows),
+    ),
+    createDetails("How to read this table", el("p", { class: "soft" }, `${pairing} ${method}`)),
+  );
+}
+
+function createDetails(title, ...content) {
+  return el("details", {}, el("summary", {}, title), ...content);
+}
+
+function createTable(label, headings, rows) {
+  return el(
     "div",
-    {
-      class: "results-comparison",
-      tabindex: "0",
-      role: "region",
-      "aria-label": "Comparison of conditions",
-    },
+    { class: "results-comparison", tabindex: "0", role: "region", "aria-label": label },
     el(
       "table",
       {},
       createTableHead(Object.values(headings)),
       el("tbody", {}, ...rows.map((row) => createComparisonRow(row, Object.keys(headings)))),
-    ),
-  );
-  return createFold(
-    "comparison",
-    "Comparison",
-    isOpen,
-    ...(tooFew ? [el("p", {}, tooFew)] : []),
-    table,
-    el(
-      "details",
-      {},
-      el("summary", {}, "How to read this table"),
-      el("p", { class: "soft" }, `${pairing} ${method}`),
     ),
   );
 }

@@ -11,7 +11,7 @@ import {
   formatCsv,
   listCurveRows,
 } from "../core/downloads.js";
-import { combineCurves } from "./results_factors.js";
+import { combineCurves, groupConditions } from "./results_factors.js";
 import { hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
 
@@ -21,10 +21,10 @@ const RUN_COLUMNS = ["curve", "run", "generation", "value"];
 function explainBands(view) {
   const { groups, hasSingleConditions, by } = view;
   if (!hasSingleConditions)
-    return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
+    return `Curves: means of the conditions by ${by}. Bands: from the lowest to the highest condition.`;
   const runs = groups.map(({ conditions }) => listRuns(view, conditions).length);
   const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
-  return `Bands: 95 % intervals of the mean, ${range} runs.`;
+  return `Bands: 95 % intervals of the median, ${range} runs.`;
 }
 
 /** Return what the curves show. */
@@ -64,11 +64,10 @@ export class ResultsCurves {
 
   /** Return links to the report's figure. Curves that it does not have are saved by the page. */
   createDownloads() {
-    const { study, groups, panels, results, hasSingleConditions, hasRunLines } = this.view;
+    const { study, panels, results, measure, hasSingleConditions, hasRunLines } = this.view;
     if (results.swept && !hasRunLines) return [createFigureLinks(study.id, "responses", [])];
-    const conditions = groups.flatMap((group) => group.conditions);
     if (hasSingleConditions && !hasRunLines)
-      return [createFigureLinks(study.id, "fitness", conditions)];
+      return [createFigureLinks(study.id, "fitness", this.listVisible(), { measure })];
     return panels.map(({ map }, number) =>
       createChartDownloads(
         map ? `curves-${map}` : "curves",
@@ -77,6 +76,14 @@ export class ResultsCurves {
         () => this.charts[number].drawPicture(),
       )
     );
+  }
+
+  /** Return the conditions with a visible curve, or all if none is visible. */
+  listVisible() {
+    const { groups, hidden } = this.view;
+    const labels = hidden ? hidden.split(",") : [];
+    const visible = groups.filter(({ label }) => !labels.includes(label));
+    return (visible.length ? visible : groups).flatMap(({ conditions }) => conditions);
   }
 
   createChart(plot, { map, groups }) {
@@ -90,7 +97,7 @@ export class ResultsCurves {
       xLabel: "generation",
       yLabel: axis,
       height: panels.length > 1 ? 240 : 320,
-      series: createMeanSeries(results, measure, groups),
+      series: createMedianSeries(results, measure, groups),
       hidden: hidden ? hidden.split(",") : [],
       onHidden: () => this.rememberHidden(),
       onPick: (pick) => this.openPick(pick),
@@ -100,6 +107,8 @@ export class ResultsCurves {
   rememberHidden() {
     const hidden = new Set(this.charts.flatMap((chart) => [...chart.hidden]));
     const labels = [...hidden].join(",");
+    this.view.hidden = labels;
+    if (!this.view.hasRunLines) this.downloads.replaceChildren(...this.createDownloads());
     this.setHidden(labels);
     this.view.navigate({ hidden: labels || null });
   }
@@ -165,13 +174,29 @@ export class ResultsCurves {
   }
 }
 
+/** Draw the average agent of all conditions of a finished comparison, and return the chart. */
+export function drawMedians(root, results) {
+  const { title, axis } = results.measures.mean;
+  const groups = groupConditions(results, {}).groups.map((group, style) => ({ ...group, style }));
+  return new LineChart(root, {
+    title,
+    label: title,
+    note: "Medians over runs, with 95 % intervals.",
+    x: results.generation,
+    xLabel: "generation",
+    yLabel: axis,
+    height: 260,
+    series: createMedianSeries(results, "mean", groups),
+  });
+}
+
 /** Return one series per group of conditions. */
-function createMeanSeries(results, measure, groups) {
+function createMedianSeries(results, measure, groups) {
   return groups.map(({ label, conditions, style }) => {
-    const { mean, low, high } = combineCurves(
+    const { center, low, high } = combineCurves(
       conditions.map((name) => results.curves[name][measure]),
     );
-    return { label, values: mean, low, high, ...selectSeriesStyle(style) };
+    return { label, values: center, low, high, ...selectSeriesStyle(style) };
   });
 }
 
@@ -222,17 +247,17 @@ function listSeries(species, groups, curve) {
 /**
  * Return the series of a species in a group of conditions, or none. The color shows the group, and
  * the dash the species. A single group has a color for each species.
- * @param {{mean: number[]}[]} curves of the conditions with the species
+ * @param {{center: number[]}[]} curves of the conditions with the species
  * @param {{label: string, number: number, isSingle: boolean}} group
  * @param {{name: string, index: number}} species
  */
 function createSeries(curves, group, species) {
   if (!curves.length) return [];
-  const { mean, low, high } = combineCurves(curves);
+  const { center, low, high } = combineCurves(curves);
   return [
     {
       label: group.isSingle ? species.name : `${group.label}, ${species.name}`,
-      values: mean,
+      values: center,
       low,
       high,
       color: selectSeriesStyle(group.isSingle ? species.index : group.number).color,

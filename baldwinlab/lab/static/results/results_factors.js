@@ -83,16 +83,16 @@ export function createPanels(results, groups) {
   return [...panels].map(([map, members]) => ({ map, groups: members }));
 }
 
-/** Combine the curves of several conditions: their mean, and the range of their means. */
+/** Combine the curves of several conditions: the mean of their medians, and the range. */
 export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
   const combine = (aggregate) =>
-    curves[0].mean.map((_, index) => {
-      const present = curves.map((curve) => curve.mean[index]).filter((value) => value !== null);
+    curves[0].center.map((_, index) => {
+      const present = curves.map((curve) => curve.center[index]).filter((value) => value !== null);
       return present.length ? aggregate(present) : null;
     });
   return {
-    mean: combine(computeMean),
+    center: combine(computeMean),
     low: combine((values) => Math.min(...values)),
     high: combine((values) => Math.max(...values)),
   };

@@ -25,8 +25,8 @@ export function hasWorldView({ study }, name) {
 
 /** Return the lifetime of the last generation of a run. */
 export function findLastLifetime({ study, results }, condition, run) {
-  const [{ mean }] = Object.values(results.curves[condition]);
-  const generation = results.generation[mean.findLastIndex((value) => value !== null)];
+  const [{ center }] = Object.values(results.curves[condition]);
+  const generation = results.generation[center.findLastIndex((value) => value !== null)];
   return { study: study.id, condition, run, generation };
 }
 

@@ -23,6 +23,7 @@ import {
   createNorms,
   createStudyPicker,
 } from "./results_sections.js";
+import { createTabs, INNATE, InnateMap } from "./innate_map.js";
 import { findNewest } from "../core/sources.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
@@ -35,6 +36,9 @@ const MAX_CURVES = 8;
  * @property {object} results of /api/results
  * @property {string} measure a key of `results.measures`
  * @property {string} hidden labels of hidden curves, joined by commas
+ * @property {string} [tab] INNATE for the map of behavior, by default the comparison
+ * @property {string} [condition] of the map of behavior
+ * @property {string} [run] of the map of behavior
  * @property {string} [norm] the changed setting of the reaction norms
  * @property {string|null} by the factor that groups conditions
  * @property {import("./results_factors.js").Group[]} groups one per curve
@@ -165,7 +169,7 @@ class ResultsView {
 
   /** @returns {ResultsState} */
   createViewState(study, results, requested) {
-    const { hidden, norm, runs } = requested;
+    const { hidden, norm, runs, tab, condition, run } = requested;
     // The results of a study without runs have no measures.
     const [defaultMeasure, ...others] = Object.keys(results.measures ?? {});
     const measure = others.includes(requested.measure) ? requested.measure : defaultMeasure;
@@ -181,6 +185,9 @@ class ResultsView {
       measure,
       hidden,
       norm,
+      tab,
+      condition,
+      run,
       navigate,
       choose,
       load,
@@ -233,12 +240,14 @@ function draw(page, view, setHidden) {
     showNoCondition(page, view);
     return () => {};
   }
+  if (view.tab === INNATE) return drawInnate(page, view);
   const curves = el("section", { class: "card", "data-testid": "curves" });
   const folds = [createFinals(view), createNorms(view)];
   const speciesCards = createSpeciesCards(view);
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     createHeading(view),
+    createTabs(view),
     createLead(view),
     createMissingNote(view.study),
     createMeasureSwitch(view.results, view.measure, view.choose),
@@ -257,6 +266,18 @@ function draw(page, view, setHidden) {
     ...folds,
   ];
   return () => charts.forEach((chart) => chart.destroy());
+}
+
+/** Fill the page with the map of behavior, and return a function that stops its requests. */
+function drawInnate(page, view) {
+  const map = new InnateMap(view);
+  page.replaceChildren(
+    el("h1", { class: "visually-hidden" }, "Results: is it innate?"),
+    createHeading(view),
+    createTabs(view),
+    map.element,
+  );
+  return () => map.destroy();
 }
 
 function showNoCondition(page, { study, studies, results, by, only, choose }) {

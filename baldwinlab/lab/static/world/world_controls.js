@@ -10,7 +10,6 @@ const ICONS = {
   fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
   compare: "M3 4h6v12H3zM11 4h6v12h-6z",
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
-  behavior: "M4 3v13h13M8 12h.01M11 9h.01M14 5h.01M9 6h.01",
   agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "full trails" };
@@ -39,6 +38,10 @@ export class WorldControls {
     const toggleList = () =>
       callbacks.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" });
     this.agents = createBarButton("agents", "All agents (a)", toggleList, "quiet square lister");
+    this.behavior = createButton("Is it innate?", callbacks.showBehavior, {
+      title: "Fitness without and with learning, by generation",
+      "data-testid": "behavior",
+    });
     this.legend = new Legend();
     this.help = createKeyboardDialog();
     this.root = el(
@@ -56,7 +59,7 @@ export class WorldControls {
     );
   }
 
-  createOptions({ fit, showBehavior }) {
+  createOptions({ fit }) {
     return el(
       "div",
       { class: "row options" },
@@ -64,13 +67,14 @@ export class WorldControls {
       el("label", { class: "inline recorded" }, this.sight, "sight"),
       this.compare,
       this.agents,
-      createBarButton("behavior", "Map of behavior: innate and learned", showBehavior),
+      this.behavior,
       createBarButton("fit", "Show the whole map (0)", fit),
       createBarButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
     );
   }
 
-  showOptions({ trails, sight, isComparing, listing }) {
+  showOptions({ trails, sight, isComparing, listing, isStored }) {
+    this.behavior.hidden = !isStored;
     this.trails.value = trails;
     this.agents.setAttribute("aria-pressed", listing);
     this.sight.checked = sight;

@@ -1,7 +1,6 @@
 /** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
-import { openBehaviorMap } from "./behavior_map.js";
-import { el, showMessage } from "../core/common.js";
+import { createQuery, el, showMessage } from "../core/common.js";
 import { GenerationPlayer } from "./lifetime_selector.js";
 import { handleWorldKey, WorldControls } from "./world_controls.js";
 import { Lead } from "./lead.js";
@@ -20,6 +19,7 @@ import { CURVE, WORLD } from "../core/guide.js";
 import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
 import { WorldGroup } from "./world_group.js";
 import { WorldPanel } from "./world_panel.js";
+import { INNATE } from "../results/innate_map.js";
 
 export class WorldTab extends WorldGroup {
   constructor(root, navigate, guide, /** @type {import("../core/sources.js").Stored} */ stored) {
@@ -252,15 +252,13 @@ export class WorldTab extends WorldGroup {
     this.player.seek(step);
   }
 
-  /** Show innate and learned behavior of the first world whose agents learn. */
+  /** Open the map of innate and learned behavior of the first world whose agents learn. */
   showBehavior() {
     const panel = this.panels.find(({ life }) => life?.header.learns);
     if (!panel)
       return showMessage("These agents do not learn. Choose a condition that learns.", "error");
-    openBehaviorMap(panel.source, {
-      agent: (agent) => this.selectAgent(panel.map, agent),
-      generation: (generation) => this.replay(generation),
-    });
+    const { study, condition, run } = panel.source;
+    location.hash = `#/results?${createQuery({ study, tab: INNATE, condition, run })}`;
   }
 
   /** Update the guide from the recording of the first world. */
@@ -288,7 +286,9 @@ export class WorldTab extends WorldGroup {
 
   showOptions() {
     const { trails, sight, listing } = this;
-    this.controls.showOptions({ trails, sight, listing, isComparing: this.panels.length > 1 });
+    const isComparing = this.panels.length > 1;
+    const isStored = this.panels[0]?.source.study !== PRESETS;
+    this.controls.showOptions({ trails, sight, listing, isComparing, isStored });
     this.root.classList.toggle("listing", listing);
   }
 

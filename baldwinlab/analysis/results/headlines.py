@@ -1,0 +1,146 @@
+"""Sentences about the comparisons of a study, for readers who do not know its conditions.
+
+For example "Agents that learn eat 15.8 more items than agents that do not on map A [2.88, 44.6],
+and 2.27 more on map B [1.68, 9.22]". The numbers are differences of medians over runs, and the
+sentences are the same in reports, the lab and terminals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isnan
+from typing import Final
+
+from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.results.numbers import format_number, join_names
+from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED
+from baldwinlab.experiment.outcome import ITEMS
+
+# Measure of the sentences: the average agent.
+SUMMARY_MEASURE: Final = "mean"
+# Largest number of pairs of learners with a sentence of their own.
+MAX_SENTENCES: Final = 3
+LEARNERS: Final = ("agents that learn", "agents that do not")
+
+
+def summarize_contrasts(contrasts: Contrasts) -> list[str]:
+    """Return sentences on the average agent: one per pair of learners, with all of its maps.
+
+    With several pairs, the number of each verdict is first, and the largest decided effects follow.
+    """
+    rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
+    groups: dict[tuple[str, str], list[Contrast]] = {}
+    for row in rows:
+        groups.setdefault(_name_pair(contrasts, row), []).append(row)
+    if len(groups) < 2:
+        return [_describe_pair(contrasts, *names, pair) for names, pair in groups.items()]
+    decided = [(names, pair) for names, pair in groups.items() if any(map(_is_decided, pair))]
+    decided.sort(key=lambda entry: -max(abs(row.numbers.effect) for row in entry[1]))
+    sentences = [_describe_pair(contrasts, *names, pair) for names, pair in decided]
+    return [_count_verdicts(rows), *sentences[:MAX_SENTENCES]]
+
+
+def describe_statistic(contrasts: Contrasts) -> str:
+    """Return what the numbers of the sentences are, or "" without a comparison."""
+    if not contrasts.rows:
+        return ""
+    sizes = sorted({size for row in contrasts.rows for size in (row.numbers.n_a, row.numbers.n_b)})
+    runs = " to ".join(str(size) for size in dict.fromkeys((sizes[0], sizes[-1])))
+    return (
+        f"Differences of medians over {runs} runs per condition, with 95 % intervals; average "
+        f"agent, last {contrasts.last} generations."
+    )
+
+
+def _is_decided(row: Contrast) -> bool:
+    return row.verdict in (HIGHER, LOWER)
+
+
+def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:
+    """Return the names of the compared agents, without the map if both conditions share it."""
+    condition, reference = contrasts.factors[row.condition], contrasts.factors[row.reference]
+    if condition.learner and condition.map == reference.map != "":
+        return condition.learner, reference.learner
+    return row.condition, row.reference
+
+
+def _describe_pair(
+    contrasts: Contrasts, learner: str, reference: str, rows: Sequence[Contrast]
+) -> str:
+    """Return the verdicts on two learners on all of their maps, as one sentence."""
+    is_only_pair = len({_name_pair(contrasts, row) for row in contrasts.rows}) == 1
+    learns = [contrasts.learns.get(name) for name in (rows[0].condition, rows[0].reference)]
+    if is_only_pair and learns == [True, False]:
+        subject, other = LEARNERS
+    else:
+        subject, other = _name_agents(learner), _name_agents(reference)
+    places = {
+        row.condition: f" on map {contrasts.factors[row.condition].map}"
+        if learner != row.condition
+        else ""
+        for row in rows
+    }
+
+    def locate(row: Contrast) -> str:
+        return f"{places[row.condition]}{_format_interval(row)}"
+
+    clauses = []
+    if decided := [row for row in rows if _is_decided(row)]:
+        clauses.append(_describe_decided(subject, other, decided, locate))
+    for verdict, opening, pronoun in (
+        (UNDECIDED, "it is undecided whether {} differ", "they"),
+        (TOO_FEW_RUNS, "the runs are too few to compare {}", "them"),
+    ):
+        if same := [row for row in rows if row.verdict == verdict]:
+            text = opening.format(pronoun if clauses else f"{subject} and {other}")
+            outcome = "" if clauses else f" in {rows[0].outcome}"
+            clauses.append(f"{text}{outcome}{' and'.join(map(locate, same))}")
+    sentence = "; ".join(clauses)
+    return f"{sentence[:1].upper()}{sentence[1:]}."
+
+
+def _describe_decided(
+    subject: str, other: str, rows: Sequence[Contrast], locate: Callable[[Contrast], str]
+) -> str:
+    """Return, for example, "agents that learn eat 3 more items than agents that do not [2, 4]"."""
+    first, *further = rows
+    outcome = first.outcome
+    if outcome == ITEMS:
+        words = ("more", "fewer")
+        text = f"{subject} eat {_compare(first, *words)} items than {other}"
+    else:
+        words = ("higher", "lower")
+        text = f"the {outcome} of {subject} is {_compare(first, *words)} than that of {other}"
+    parts = [f"{_compare(row, *words)}{locate(row)}" for row in further]
+    return f"{text}{locate(first)}{', and ' if parts else ''}{join_names(parts)}"
+
+
+def _compare(row: Contrast, more: str, fewer: str) -> str:
+    effect = row.numbers.effect
+    return f"{format_number(abs(effect))} {more if effect > 0 else fewer}"
+
+
+def _format_interval(row: Contrast) -> str:
+    low, high = row.numbers.low, row.numbers.high
+    return "" if isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
+
+
+def _name_agents(condition: str) -> str:
+    """Return the agents of a condition, or of a point of a sweep, such as "x = 1"."""
+    return f"agents {'with' if ' = ' in condition else 'of'} {condition}"
+
+
+def _count_verdicts(rows: Sequence[Contrast]) -> str:
+    """Return how many conditions are higher, lower and undecided."""
+    verdicts = [row.verdict for row in rows]
+    counts = [
+        f"{verdicts.count(verdict)} {verdict}"
+        for verdict in (HIGHER, LOWER, UNDECIDED, TOO_FEW_RUNS)
+        if verdict in verdicts
+    ]
+    references = {row.reference for row in rows}
+    reference = references.pop() if len(references) == 1 else "the first on their map"
+    return (
+        f"{len(rows)} conditions compared with {reference} in {rows[0].outcome}: "
+        f"{', '.join(counts)}."
+    )

@@ -1,0 +1,105 @@
+"""Sentences for readers who do not know the conditions, on small hand-made studies."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis.results.contrasts import Contrasts, compare_conditions
+from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
+from tests.analysis.results.studies import study
+
+HIGH = range(100, 108)
+LOW = range(10, 18)
+MIXED = [5, 6, 7, 8, 104, 105, 106, 107]
+INTERVAL = r" \[\S+, \S+\]"
+
+
+def compare(eaten: Mapping[str, Sequence[float]], outcome: str = "items eaten") -> Contrasts:
+    """Compare conditions. The conditions named `evo` do not learn."""
+    contrasts = compare_conditions(study(eaten).assign_attrs(outcome=outcome))
+    learns = {name: name.partition("/")[0] != "evo" for name in eaten}
+    return replace(contrasts, learns=learns)
+
+
+def test_agents_that_learn_are_compared_with_those_that_do_not_on_all_maps() -> None:
+    eaten = {"evo/A": LOW, "taught/A": HIGH, "evo/B": HIGH, "taught/B": LOW}
+    (sentence,) = summarize_contrasts(compare(eaten))
+    assert re.fullmatch(
+        "Agents that learn eat 90.0 more items than agents that do not on map A"
+        f"{INTERVAL}, and 90.0 fewer on map B{INTERVAL}\\.",
+        sentence,
+    )
+
+
+def test_the_number_is_the_difference_of_the_medians() -> None:
+    values = [3, 9, 27, 50, 60, 71, 75, 80]
+    (sentence,) = summarize_contrasts(compare({"evo/A": range(8), "taught/A": values}))
+    difference = np.median(values) - np.median(range(8))
+    assert f"eat {difference:.1f} more items" in sentence
+
+
+def test_only_agents_of_known_conditions_learn() -> None:
+    contrasts = replace(compare({"evo/A": LOW, "taught/A": HIGH}), learns={})
+    (sentence,) = summarize_contrasts(contrasts)
+    assert sentence.startswith("Agents of taught eat 90.0 more items than agents of evo on map A [")
+
+
+def test_another_outcome_is_higher_or_lower() -> None:
+    (sentence,) = summarize_contrasts(compare({"evo": LOW, "taught": HIGH}, "energy"))
+    assert sentence.startswith(
+        "The energy of agents that learn is 90.0 higher than that of agents that do not ["
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "start"),
+    [
+        (MIXED, "It is undecided whether agents that learn and agents that do not differ in"),
+        ([90], "The runs are too few to compare agents that learn and agents that do not in"),
+    ],
+)
+def test_a_comparison_without_a_decision_says_why(values: list[float], start: str) -> None:
+    (sentence,) = summarize_contrasts(compare({"evo/A": LOW, "taught/A": values}))
+    assert sentence.startswith(f"{start} items eaten on map A")
+
+
+def test_a_map_without_a_decision_follows_those_with_one() -> None:
+    eaten = {"evo/A": LOW, "taught/A": MIXED, "evo/B": LOW, "taught/B": HIGH}
+    (sentence,) = summarize_contrasts(compare(eaten))
+    assert re.fullmatch(
+        f"Agents that learn eat 90.0 more items than agents that do not on map B{INTERVAL}; "
+        f"it is undecided whether they differ on map A{INTERVAL}\\.",
+        sentence,
+    )
+
+
+def test_several_conditions_are_counted_first_and_the_largest_effects_follow() -> None:
+    eaten = {"a": LOW, "b": MIXED, "c": range(50, 58), "d": HIGH, "e": range(8), "f": HIGH}
+    count, *sentences = summarize_contrasts(compare(eaten))
+    assert count == ("5 conditions compared with a in items eaten: 3 higher, 1 lower, 1 undecided.")
+    names = [sentence.split()[2] for sentence in sentences]
+    assert names == ["d", "f", "c"]
+    pair = dict.fromkeys(("evo/A", "b/A", "evo/B", "b/B"), LOW) | {"c/A": HIGH}
+    assert summarize_contrasts(compare(pair))[0] == (
+        "3 conditions compared with the first on their map in items eaten: 1 higher, 2 undecided."
+    )
+
+
+def test_a_point_of_a_sweep_is_named_by_its_settings() -> None:
+    points = study({"1": LOW, "2": HIGH}).assign_coords(condition=["x = 1", "x = 2"])
+    contrasts = compare_conditions(points.assign_attrs(outcome="items eaten"))
+    (sentence,) = summarize_contrasts(contrasts)
+    assert sentence.startswith("Agents with x = 2 eat 90.0 more items than agents with x = 1 [")
+
+
+def test_the_statistic_states_runs_and_generations() -> None:
+    assert describe_statistic(compare({"evo": LOW, "taught": HIGH[:6]})) == (
+        "Differences of medians over 6 to 8 runs per condition, with 95 % intervals; average "
+        "agent, last 10 generations."
+    )
+    assert describe_statistic(Contrasts("", 10, ())) == ""
