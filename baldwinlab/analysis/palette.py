@@ -31,6 +31,8 @@ GRAY = "#666666"
 DARK_GRAY = "#444444"
 MID_GRAY = "#999999"
 PALE = "#e4e4e4"
+# Colors of text in colored cells, which a dark page does not replace.
+CELL_TEXT: Final = {"black": "#010101", "white": "#fefefe"}
 
 # Colors of conditions, in print.
 SERIES_COLORS: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)

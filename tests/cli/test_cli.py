@@ -164,7 +164,7 @@ def test_reproduce_writes_claims_statistics_figures_and_a_report(
     assert all({*fields.split()} <= set(claim) for claim in claims)
     assert (tmp_path / "small/statistics.csv").read_text().count("\n") > 15
     suffixes = {path.suffix for path in (tmp_path / "small/figures").iterdir()}
-    assert suffixes == {".svg", ".png", ".csv"}
+    assert suffixes == {".svg", ".pdf", ".png", ".csv"}
     assert "<html" in (tmp_path / "small/report.html").read_text()
     repeated = command("reproduce", *SHORT_PAPER, "--out", "small")
     assert "all 12 runs are already stored" in repeated.out

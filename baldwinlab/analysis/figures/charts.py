@@ -12,7 +12,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.image import AxesImage
 
 from baldwinlab.analysis.figures.style import BLACK, BLUE, SeriesStyle, spread_points
-from baldwinlab.analysis.palette import choose_text_color
+from baldwinlab.analysis.palette import CELL_TEXT, choose_text_color
 
 BOXES_NOTE: Final = (
     "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
@@ -27,8 +27,6 @@ HALF_MEDIAN_LINE: Final = 0.36
 # People with any color vision can read cividis: J. R. Nuñez, C. R. Anderton and R. S. Renslow, PLOS
 # ONE 13 (2018).
 CIVIDIS: Final = "cividis"
-# Colors of text in cells, which a dark page does not replace.
-CELL_TEXT: Final = {"black": "#010101", "white": "#fefefe"}
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
 
 

@@ -109,4 +109,4 @@ def test_the_section_has_the_answers_and_the_figure(
     has_tests = len(generations) > 1
     assert ("predators of generation 20 compared with" in section.body) == has_tests
     assert ("higher in both" in section.summary) == has_tests
-    assert {path.suffix for path in tmp_path.iterdir()} == {".svg", ".png", ".csv"}
+    assert {path.suffix for path in tmp_path.iterdir()} == {".svg", ".pdf", ".png", ".csv"}

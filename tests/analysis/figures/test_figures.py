@@ -187,7 +187,7 @@ def test_a_second_network_is_drawn_as_a_teacher() -> None:
 
 
 def test_no_interval_of_fitness_reaches_below_zero() -> None:
-    bands = draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
+    bands = draw_fitness_curves(study({"mine": [0, 0, 0, 0, 30, 30, 30]})).axes[0].collections
     paths = [np.asarray(path.vertices) for band in bands for path in band.get_paths()]
     assert paths and min(path[:, 1].min() for path in paths) == 0
 

@@ -124,7 +124,9 @@ def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path)
     assert made == make_section(full_multiverse(), tmp_path / "again")
     assert (made.anchor, made.title) == ("variants", "Variants of the paper")
     names = {
-        f"{name}.{end}" for name in ("variants", "variants-shares") for end in ("svg", "png", "csv")
+        f"{name}.{end}"
+        for name in ("variants", "variants-shares")
+        for end in ("svg", "pdf", "png", "csv")
     }
     assert {path.name for path in (tmp_path / "figures").iterdir()} == names
     text = re.sub(r'src="[^"]*"', "", made.body)
