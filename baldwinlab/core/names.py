@@ -12,6 +12,7 @@ PAPER_NAME: Final = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 GRID_NAME: Final = "^[a-z]+$"
 MAP_NAME: Final = "^[a-z-]+$"
 ATLAS_CLAIM: Final = r"^X\d+$"
+PREDICTION: Final = r"^P\d+$"
 SHA256: Final = "^([0-9a-f]{64})?$"
 
 _RULES: Final = {
@@ -24,6 +25,7 @@ _RULES: Final = {
     GRID_NAME: "must be letters from a to z",
     MAP_NAME: "must be letters from a to z, and -",
     ATLAS_CLAIM: "must be X and a number, such as X1",
+    PREDICTION: "must be P and a number, such as P1",
     SHA256: "must be 64 hexadecimal digits, or empty",
 }
 

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import Field
 
-from baldwinlab.core.names import MAP_NAME
+from baldwinlab.core.names import MAP_NAME, PREDICTION
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.toml import format_assignments
@@ -69,7 +69,7 @@ class GuidanceGroup(DeclaredTable):
 class GuidancePrediction(AtlasClaim):
     """A prediction, with the rule that decides whether it holds."""
 
-    id: str = Field(pattern=r"^P\d+$")
+    id: str = Field(pattern=PREDICTION)
 
 
 class GuidanceDesign(DeclaredTable):
