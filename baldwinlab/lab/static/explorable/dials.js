@@ -77,6 +77,10 @@ function bindDrag(dial, input) {
     if (share >= 0) change(input, Number(input.min) + share * readSpan(input));
   });
   dial.addEventListener("pointercancel", () => (start = null));
+  // Without this, the browser cancels the pointer of a horizontal drag after a few pixels.
+  dial.addEventListener("touchmove", (event) => start?.isDrag && event.preventDefault(), {
+    passive: false,
+  });
 }
 
 function readSpan(input) {
