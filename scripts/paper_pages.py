@@ -15,14 +15,13 @@ from typing import Final
 from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.decisions import Decision
-from baldwinlab.analysis.gallery.summary import format_effect
+from baldwinlab.analysis.gallery.summary import describe_terms, format_effect
 from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
 from baldwinlab.studies.store import StudyStore
-from scripts.gallery_page import join_numbers
+from scripts.gallery_page import LAST, join_numbers
 from scripts.pages import START, tabulate, write_results
 
 ESTIMANDS_PAGE: Final = "../../../docs/explanation/estimands.md#questions"
-LAST: Final = 10  # Number of generations in a window.
 GALLERY_PAGE: Final = "../../../docs/explanation/gallery.md#decisions"
 
 
@@ -66,11 +65,7 @@ def show_answer(decision: Decision) -> str:
         for number in (measurement.effect, measurement.low, measurement.high)
     )
     verdict = f"{measurement.label} (unstable)" if measurement.is_unstable else measurement.label
-    terms = [
-        f"{name} {format_effect(float(values.median()), estimate.unit)}"
-        for name, values in estimate.terms.items()
-    ]
-    return "; ".join([f"{effect} [{low}, {high}], {verdict}", *terms])
+    return "; ".join([f"{effect} [{low}, {high}], {verdict}", *describe_terms(estimate)])
 
 
 def explain_omitted(

@@ -228,7 +228,7 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
             [
                 add_detail(": ".join(decision.system), f"{estimate.trait}{unit}"),
                 show_verdict(measurement),
-                add_detail(show(measurement.effect), interval, *_describe_terms(estimate)),
+                add_detail(show(measurement.effect), interval, *describe_terms(estimate)),
                 f"±{show(estimate.equivalence_bound).removeprefix('+')}",
                 f"{measurement.q:.2g}",
                 f"{measurement.stability:.2f}",
@@ -247,7 +247,7 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
     return table._replace(columns=columns, style="numbers claims")
 
 
-def _describe_terms(estimate: Estimate) -> list[str]:
+def describe_terms(estimate: Estimate) -> list[str]:
     """Return the median of each term, such as "learner +52 %"."""
     return [
         f"{name} {format_effect(float(values.median()), estimate.unit)}"
