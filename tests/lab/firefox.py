@@ -36,7 +36,9 @@ class Firefox:
         self.errors = list[str]()
         self._send_command("session.new", capabilities={})
         self._send_command("session.subscribe", events=["log.entryAdded"])
-        self._page = self._send_command("browsingContext.getTree")["contexts"][0]["context"]
+        self._tab = self._send_command("browsingContext.getTree")["contexts"][0]["context"]
+        # The tab, or a frame in it.
+        self._page = self._tab
 
     def _send_command(self, command: str, **parameters: Any) -> Any:
         """Send a command and return its result."""
@@ -51,23 +53,25 @@ class Firefox:
                 return message["result"]
 
     def open(self, address: str, width: int, height: int) -> None:
-        """Open an address in a window of this size."""
+        """Open an address in a new tab of this size, and close the previous tab.
+
+        In the same tab, a change of the address by the old page can cancel the load of the new one.
+        """
+        previous = self._tab
+        self._tab = self._page = self._send_command("browsingContext.create", type="tab")["context"]
+        self._send_command("browsingContext.close", context=previous)
         self._send_command(
             "browsingContext.setViewport",
-            context=self._page,
+            context=self._tab,
             viewport={"width": width, "height": height},
         )
-        # First a blank page: an address that differs only after # would not load the page again.
         self._send_command(
-            "browsingContext.navigate", context=self._page, url="about:blank", wait="complete"
-        )
-        self._send_command(
-            "browsingContext.navigate", context=self._page, url=address, wait="complete"
+            "browsingContext.navigate", context=self._tab, url=address, wait="complete"
         )
 
     def enter_frame(self) -> None:
         """Evaluate later expressions in the first frame of the page."""
-        (page,) = self._send_command("browsingContext.getTree", root=self._page)["contexts"]
+        (page,) = self._send_command("browsingContext.getTree", root=self._tab)["contexts"]
         self._page = page["children"][0]["context"]
 
     def evaluate(self, expression: str) -> Any:

@@ -154,9 +154,11 @@ def test_the_history_of_learning_helps_across_valleys_with_and_without_a_cost(
             system = SystemName(f"K = {k}", learner.name)
             estimates[system] = [row for row in rows if row.question == "fork-history"]
     verdicts = {decision.system: decision.row()["verdict"] for decision in decide(estimates)}
-    assert verdicts == {
-        system: EQUIVALENT if system.paper == "K = 0" else YES for system in estimates
-    }
+    expected: dict[SystemName, str | None] = dict.fromkeys(estimates, YES)
+    # On a single peak, one run of 40 differs without a cost, and none with a cost.
+    expected[SystemName("K = 0", "climbing/rugged")] = EQUIVALENT
+    expected[SystemName("K = 0", "costly-climbing/rugged")] = None
+    assert verdicts == expected
 
 
 def test_the_mode_of_a_population_with_a_better_location_evolves_further(tmp_path: Path) -> None:
