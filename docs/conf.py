@@ -1,7 +1,6 @@
 """Configuration of Sphinx for `make docs`. The pages are Markdown files of the whole repository."""
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis import typeface
 
 project = "baldwinlab"
 html_title = f"baldwinlab {__version__}"
@@ -40,7 +39,7 @@ html_copy_source = False
 # The search fetches pages for its summaries. A browser refuses this for files on disk.
 html_show_search_summary = False
 html_show_copyright = False
-html_static_path = ["site.css", str(typeface.FOLDER)]
-html_theme_options = {"light_css_variables": {"font-stack": typeface.CSS_FAMILIES}}
-html_css_files = ["site.css"]
+html_static_path = ["site.css"]
+# The extension of the site writes fonts.css.
+html_css_files = ["fonts.css", "site.css"]
 html_favicon = "../baldwinlab/lab/static/icon.svg"

@@ -56,8 +56,7 @@ def test_no_text_of_a_tab_is_too_small(page: Page, tab: str) -> None:
 @pytest.mark.parametrize("width", [1280, 390])
 def test_no_text_of_the_essay_is_too_small(browser: Browser, essay: Path, width: int) -> None:
     # With reduced motion, the essay draws all pictures at once.
-    options = {"reduced_motion": "reduce", "script": RECORD_FONTS}
-    with open_essay(browser, essay, width, **options) as page:
+    with open_essay(browser, essay, width, reduced_motion="reduce", script=RECORD_FONTS) as page:
         page.locator("footer").scroll_into_view_if_needed()
         assert find_small_texts(page) == []
         assert list_wrong_fonts(page) == []
