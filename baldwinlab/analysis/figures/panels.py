@@ -148,7 +148,7 @@ def _locate_panels(figure: Figure, rows: Sequence[Sequence[Axes]]) -> Iterator[l
             _add_shared_labels(
                 Piece(_name(axes), Box(left, top, right, bottom), 0, 0),
                 axes,
-                Piece(_name(row[0]), Box(lefts[0], top, _locate(row[0]).left, bottom), 0, 0),
+                _find_labels_left(row[0], lefts[0], top),
                 _find_labels_below(axes, rows, left, right, height - lower),
             )
             for axes, left, right in zip(row, lefts, rights, strict=True)
@@ -157,6 +157,12 @@ def _locate_panels(figure: Figure, rows: Sequence[Sequence[Axes]]) -> Iterator[l
 
 def _name(axes: Axes) -> str:
     return str(axes.get_gid())
+
+
+def _find_labels_left(axes: Axes, left: float, top: float) -> Piece:
+    """Return the labels of a vertical axis, without the ticks and the labels below the axis."""
+    box = _locate(axes)
+    return Piece(_name(axes), Box(left, top, box.left - GAP, box.bottom + GAP), 0, 0)
 
 
 def _find_labels_below(
