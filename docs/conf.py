@@ -40,5 +40,6 @@ html_copy_source = False
 html_show_search_summary = False
 html_show_copyright = False
 html_static_path = ["site.css"]
-html_css_files = ["site.css"]
+# The extension of the site writes fonts.css.
+html_css_files = ["fonts.css", "site.css"]
 html_favicon = "../baldwinlab/lab/static/icon.svg"

@@ -20,7 +20,7 @@ from nbconvert import HTMLExporter
 from pygments.formatters import HtmlFormatter
 from traitlets.config import Config
 
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
 # Maximum duration of a cell.
@@ -81,7 +81,11 @@ def page(notebook: Any) -> str:
     styles = (HtmlFormatter(style=style) for style in (LIGHT_STYLE, DARK_STYLE))
     light, dark = (style.get_style_defs(".highlight") for style in styles)
     return environment.get_template("notebook.html").render(
-        title=title, colors=palette.report_css(), light=light, dark=dark, body=body
+        title=title,
+        styles=typeface.font_css() + palette.report_css(),
+        light=light,
+        dark=dark,
+        body=body,
     )
 
 

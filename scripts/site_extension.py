@@ -19,6 +19,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import stringify_annotation
 
+from baldwinlab.analysis import typeface
 from baldwinlab.cli.export import FORMATS
 from baldwinlab.core import variables
 from baldwinlab.core.variables import Variable
@@ -360,6 +361,11 @@ def write_laboratories(app: Sphinx, error: Exception | None) -> None:
         path.write_bytes(render_live_page([load(preset) for preset in presets]))
 
 
+def write_fonts(app: Sphinx, error: Exception | None) -> None:
+    """Write a style sheet that contains the fonts. A page on disk may not read files of fonts."""
+    Path(app.outdir, "_static", "fonts.css").write_text(typeface.font_css(), encoding="utf-8")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the extension with Sphinx."""
     for name in TABLES:
@@ -371,4 +377,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("autodoc-process-signature", shorten_signature)
     app.connect("doctree-read", format_commands)
     app.connect("build-finished", write_laboratories)
+    app.connect("build-finished", write_fonts)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.style import SavedFigure
+from baldwinlab.analysis.figures.style import LayoutSize, SavedFigure
 
 SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 
@@ -20,7 +20,7 @@ def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
     folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".svg", ".pdf", ".png"):
         (folder / f"{name}{suffix}").write_bytes(SVG)
-    return SavedFigure(SVG, 1.0, 1.0)
+    return SavedFigure(SVG.decode(), LayoutSize(1, 1), LayoutSize(1, 1))
 
 
 @contextmanager

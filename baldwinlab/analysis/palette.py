@@ -199,9 +199,10 @@ def report_css() -> str:
 
 
 def figure_css() -> str:
-    """Return rules that replace the colors of a figure on a dark screen, but not on paper.
+    """Return rules that replace the colors of figures on a dark screen, but not on paper.
 
-    Text and lines without a color of their own are black. Text in a colored cell keeps its color.
+    The figures are SVG elements of a page. Text and lines without a color of their own are black.
+    Text in a colored cell keeps its color.
     """
     colors = {light: dark for light, dark in NAMED_COLORS.values() if light != dark}
     colors |= {PALE: REPORT_COLORS["line"][1], DARK_GRAY: REPORT_COLORS["soft"][1]}
@@ -212,7 +213,6 @@ def figure_css() -> str:
     ]
     text, background = (REPORT_COLORS[name][1] for name in ("text", "figure"))
     rules += [
-        f"svg {{ background: {background}; }}",
         f"text {{ fill: {text}; }}",
         f'path[style*="fill: #ffffff"] {{ fill: {background} !important; }}',
     ]

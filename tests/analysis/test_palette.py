@@ -10,7 +10,7 @@ import pytest
 from matplotlib import colormaps
 
 import baldwinlab
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 
 PACKAGE = Path(baldwinlab.__file__).parent
@@ -39,7 +39,7 @@ def test_every_color_used_by_the_page_is_defined() -> None:
     pages = [path for suffix in ("css", "js") for path in STATIC_FOLDER.rglob(f"*.{suffix}")]
     pages = [path for path in pages if path.parent.name != "vendor"]
     styles = "".join(path.read_text("utf-8") for path in pages if path.suffix == ".css")
-    defined = set(declared.findall(palette.lab_css())) | set(declared.findall(styles))
+    defined = set(declared.findall(typeface.font_css() + palette.lab_css() + styles))
     for path in pages:
         text = path.read_text("utf-8")
         used = set(re.findall(r"var\(--([\w-]+)\)", text))

@@ -267,7 +267,8 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
         expect(page.get_by_test_id("compare-size")).to_contain_text("4 conditions")
         for control in ("compare-values-1", "compare-name", "compare-start"):
             page.get_by_test_id(control).scroll_into_view_if_needed()
-            expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)
+            # The dialog scrolls by whole pixels, and the heights of its lines have fractions.
+            expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=0.99)
         assert page.evaluate(EXCESS_WIDTHS) == [0, 0]
         dialog = page.get_by_test_id("compare-dialog")
         assert dialog.evaluate("dialog => dialog.scrollWidth - dialog.clientWidth") == 0

@@ -47,7 +47,7 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
             for name in conditions_on_map:
                 draw_medians(axes, stored[name][measure], styles[factors[name].learner])
-            axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
+            axes.set_title(f"Map {map_name}" if map_name else "")
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)

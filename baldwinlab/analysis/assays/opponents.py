@@ -225,7 +225,7 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
     for row, (condition, pair) in zip(grid, matrices.items(), strict=True):
         for axes, matrix in zip(row, pair, strict=True):
             _draw_matrix(axes, matrix, largest[matrix.species])
-            axes.set_title(f"{condition}: {matrix.species}", loc="left", fontweight="bold")
+            axes.set_title(f"{condition}: {matrix.species}")
     return figure
 
 

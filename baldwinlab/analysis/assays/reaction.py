@@ -62,7 +62,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
         row[0].set_ylabel(unit)
     for axes, map_name in zip(grid[0], maps, strict=True):
         title = f"Evolved on map {map_name}" if map_name else ""
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
     draw_legend_of_learners(figure, styles, stored)
     return figure
 

@@ -24,6 +24,7 @@ from baldwinlab.analysis.figures.charts import (
 from baldwinlab.analysis.figures.curves import make_panels
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
+from baldwinlab.analysis.typeface import TEXT_SIZE
 
 ASSIMILATION: Final = "assimilation"
 LAW_STYLE: Final = EstimateStyle(BLUE, size=3, width=0.8)
@@ -124,7 +125,7 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
     if min(values.shape) < 2 or defined.size < 2 or np.ptp(defined) == 0:
         return
     lines = axes.contour(values, levels=4, colors="white", linewidths=1.2)
-    axes.clabel(lines, fontsize=8, fmt="%.2g")
+    axes.clabel(lines, fontsize=TEXT_SIZE, fmt="%.2g")
 
 
 @styled
@@ -145,7 +146,7 @@ def _draw_law(axes: Axes, group: LawPoints) -> None:
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.locator_params(nbins=3)
     # Each panel has labels, because a narrow page shows the panels below each other.
-    axes.set_xlabel("law", fontsize=8)
-    axes.set_ylabel("measured", fontsize=8)
+    axes.set_xlabel("law")
+    axes.set_ylabel("measured")
     lines = [fill(f"{group.title}:", LAW_TITLE_WIDTH), fill(group.quantity, LAW_TITLE_WIDTH)]
-    axes.set_title("\n".join(lines), fontsize=7.5)
+    axes.set_title("\n".join(lines))

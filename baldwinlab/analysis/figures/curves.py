@@ -57,7 +57,7 @@ def make_blocks(
     for axes in panels[len(titles) :].flat:
         axes.set_visible(False)
     for axes, title in zip(panels[:, 0], titles, strict=False):
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
     return figure, panels[: len(titles)]
 
 

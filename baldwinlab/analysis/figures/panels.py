@@ -1,12 +1,13 @@
 """Arrange the panels of a drawn figure below each other, for narrow screens.
 
-A figure is drawn once. The SVG contains two layouts of the drawing: the wide layout, as drawn, and
-a narrow layout with one panel per row. The shape of the space for the image decides which layout
-is shown, so a page selects a layout with the CSS property `aspect-ratio`, without a script.
+A figure is drawn once. The image of a page contains two layouts of the drawing: the wide layout, as
+drawn, and a narrow layout with one panel per row. The styles of the page show one of them. The
+image is an element of the page, so its text has the font of the page.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -29,9 +30,14 @@ SYMBOL_WIDTH: Final = 2.9
 # Smallest width of the narrow layout, in points, so that its text is not larger than page text.
 MIN_NARROW_WIDTH: Final = 220.0
 # Mean width of a letter, in font sizes.
-LETTER_WIDTH: Final = 0.56
+LETTER_WIDTH: Final = 0.5
 # A narrow layout must have at most this multiple of the width by height of the wide layout.
 MAX_SHAPE_RATIO: Final = 0.9
+# Smallest scale of a panel in a narrow layout. With smaller text, a narrow screen shows the wide
+# layout, and scrolls it.
+MIN_SCALE: Final = 0.75
+# The start of an identifier or of a reference to one.
+IDENTIFIER: Final = re.compile(r'(?<= id=")|(?<= xlink:href="#)|(?<=url\(#)')
 
 
 class Box(NamedTuple):
@@ -79,7 +85,7 @@ def name_groups(figure: Figure) -> None:
 
 
 def arrange_panels(figure: Figure) -> NarrowLayout | None:
-    """Return the narrow layout of a figure that was just drawn, or None if none is narrower."""
+    """Return the narrow layout of a figure that was just drawn, or None if it is of no use."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     rows = _group_rows(figure)
     columns = max(map(len, rows), default=0)
@@ -92,6 +98,8 @@ def arrange_panels(figure: Figure) -> NarrowLayout | None:
     arranged = list(_stack(figure, panels, narrow_width))
     narrow_height = max(piece.top + piece.scale * piece.source.height for piece in arranged)
     if narrow_width / narrow_height > MAX_SHAPE_RATIO * width / height:
+        return None
+    if min(piece.scale for piece in arranged) < MIN_SCALE:
         return None
     return NarrowLayout(arranged, narrow_width, narrow_height)
 
@@ -140,7 +148,7 @@ def _locate_panels(figure: Figure, rows: Sequence[Sequence[Axes]]) -> Iterator[l
             _add_shared_labels(
                 Piece(_name(axes), Box(left, top, right, bottom), 0, 0),
                 axes,
-                Piece(_name(row[0]), Box(lefts[0], top, _locate(row[0]).left, bottom), 0, 0),
+                _find_labels_left(row[0], lefts[0], top),
                 _find_labels_below(axes, rows, left, right, height - lower),
             )
             for axes, left, right in zip(row, lefts, rights, strict=True)
@@ -149,6 +157,12 @@ def _locate_panels(figure: Figure, rows: Sequence[Sequence[Axes]]) -> Iterator[l
 
 def _name(axes: Axes) -> str:
     return str(axes.get_gid())
+
+
+def _find_labels_left(axes: Axes, left: float, top: float) -> Piece:
+    """Return the labels of a vertical axis, without the ticks and the labels below the axis."""
+    box = _locate(axes)
+    return Piece(_name(axes), Box(left, top, box.left - GAP, box.bottom + GAP), 0, 0)
 
 
 def _find_labels_below(
@@ -265,29 +279,25 @@ def _stack(
         top += scale * panel_height + GAP
 
 
-def merge_layouts(svg: bytes, figure: Figure, layout: NarrowLayout) -> bytes:
-    """Return an SVG image that shows the layout whose shape is closer to the available space."""
+def merge_layouts(svg: str, figure: Figure, layout: NarrowLayout) -> str:
+    """Return an SVG element with both layouts, whose classes are `wide` and `narrow`."""
     width, height = figure.get_size_inches() * POINTS_PER_INCH
-    narrow_ratio = layout.width / layout.height
-    limit = (narrow_ratio * width / height) ** 0.5  # Geometric mean of both shapes.
-    start = svg.index(b">", svg.index(b"<svg")) + 1
-    drawing = svg[start : svg.rindex(b"</svg>")]
+    start = svg.index(">", svg.index("<svg")) + 1
+    drawing = svg[start : svg.rindex("</svg>")]
     parts = "".join(map(_format_piece, layout.pieces))
-    style = (
-        f".narrow{{display:none}}@media(max-aspect-ratio:{round(1000 * limit)}/1000)"
-        "{.wide{display:none}.narrow{display:inline}}"
-    )
-    head = (
+    return (
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
-        f"<style>{style}</style><defs>"
-    )
-    layouts = (
-        f'</defs><svg class="wide" viewBox="0 0 {width:g} {height:g}">'
+        f"<defs>{drawing}</defs>"
+        f'<svg class="wide" viewBox="0 0 {width:g} {height:g}">'
         '<use xlink:href="#figure_1"/></svg>'
         f'<svg class="narrow" viewBox="0 0 {layout.width:.1f} {layout.height:.1f}">{parts}</svg>'
         "</svg>"
     )
-    return head.encode() + drawing + layouts.encode()
+
+
+def rename_identifiers(svg: str, name: str) -> str:
+    """Return an SVG element whose identifiers begin with a name, so that a page has each once."""
+    return IDENTIFIER.sub(f"{name}-", svg)
 
 
 def _format_piece(piece: Piece) -> str:

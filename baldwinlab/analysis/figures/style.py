@@ -1,8 +1,9 @@
 """Style of all figures, and functions that save them.
 
 The colors are defined in `baldwinlab.analysis.palette`. Conditions also differ in line style and
-marker, so that a gray print distinguishes them. Figures are 7.2 inches wide, and no text
-is smaller than 8 points.
+marker, so that a gray print distinguishes them. Figures are 7.2 inches wide, and all text has one
+size. The figures have the typeface and the frame of the charts in the lab: Inter, a title on the
+left, axes at the left and at the bottom, and a pale grid.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 import xarray as xr
-from matplotlib import style
+from matplotlib import font_manager, style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
@@ -25,7 +26,14 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.figures.panels import arrange_panels, merge_layouts, name_groups
+from baldwinlab.analysis import typeface
+from baldwinlab.analysis.figures.panels import (
+    POINTS_PER_INCH,
+    arrange_panels,
+    merge_layouts,
+    name_groups,
+    rename_identifiers,
+)
 from baldwinlab.analysis.palette import (
     BLACK,
     BLUE,
@@ -36,7 +44,6 @@ from baldwinlab.analysis.palette import (
     ORANGE,
     PALE,
     SERIES_COLORS,
-    figure_css,
 )
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.experiment.conditions import read_factors
@@ -48,36 +55,52 @@ FIGURE_WIDTH = 7.2
 # Largest number of letters in a line of a label.
 LABEL_LETTERS = 30
 # Largest number of letters in a line of a note, and the height of the line in inches.
-NOTE_LETTERS = 105
+NOTE_LETTERS = 112
 NOTE_LINE_HEIGHT = 0.16
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # Multiples of the golden ratio, modulo 1, spread points evenly and reproducibly.
 GOLDEN_RATIO = 0.618
+# The default sizes of these texts are multiples of the size of the font.
+TEXT_SIZES = (
+    "axes.labelsize",
+    "axes.titlesize",
+    "figure.labelsize",
+    "legend.fontsize",
+    "xtick.labelsize",
+    "ytick.labelsize",
+)
 
 MATPLOTLIB_SETTINGS: dict[str, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.edgecolor": GRAY,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
     "figure.constrained_layout.use": True,
-    # Matplotlib contains DejaVu Sans, which has a free license. Verdana has about its widths, for a
-    # reader of an SVG without it.
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans", "Verdana"],
-    "font.size": 8.5,
+    # Matplotlib contains DejaVu Sans, which has the characters that Inter does not have here. Arial
+    # has about the widths of Inter, for a reader of an SVG without these fonts.
+    "font.family": [typeface.FAMILY, "sans-serif"],
+    "font.sans-serif": ["DejaVu Sans", "Arial"],
+    "font.size": typeface.TEXT_SIZE,
+    **dict.fromkeys(TEXT_SIZES, typeface.TEXT_SIZE),
     "grid.color": PALE,
-    "grid.linewidth": 0.6,
+    "grid.linewidth": 0.75,
     "legend.frameon": False,
     # Text is text, which programs can search and edit.
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
     # Without a salt, identifiers in the SVG are random.
     "svg.hashsalt": "baldwinlab",
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "xtick.color": GRAY,
+    "xtick.labelcolor": BLACK,
+    "ytick.color": GRAY,
+    "ytick.labelcolor": BLACK,
 }
+for _name in typeface.CSS_WEIGHTS:
+    font_manager.fontManager.addfont(typeface.FOLDER / f"{_name}.ttf")
 
 # Matplotlib has one set of settings per process.
 _settings_lock = RLock()
@@ -194,7 +217,7 @@ def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
     lines = textwrap.wrap(note, NOTE_LETTERS)
     width, height = figure.get_size_inches()
     figure.set_size_inches(width, height + NOTE_LINE_HEIGHT * len(lines))
-    figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=8, color=DARK_GRAY)
+    figure.supxlabel("\n".join(lines), x=0.01, ha="left", color=DARK_GRAY)
     if file_format == "svg":
         return to_svg(figure)
     figure.set_dpi(200)
@@ -207,20 +230,37 @@ def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
     return page.getvalue()
 
 
-class SavedFigure(NamedTuple):
-    """The image of a figure for a page. The ratios are width by height of both layouts."""
+class LayoutSize(NamedTuple):
+    """The size of a layout, in points, and the smallest scale of a panel in the layout."""
 
-    image: bytes
-    wide_ratio: float
-    narrow_ratio: float
+    width: float
+    height: float
+    scale: float = 1.0
+
+    @property
+    def ratio(self) -> float:
+        """Width by height."""
+        return self.width / self.height
+
+    @property
+    def min_width(self) -> float:
+        """The width in CSS pixels at which text has the smallest size on a screen."""
+        return self.width * typeface.MIN_PIXELS / (typeface.TEXT_SIZE * self.scale)
+
+
+class SavedFigure(NamedTuple):
+    """The image of a figure for a page, as an SVG element, and the sizes of both layouts."""
+
+    image: str
+    wide: LayoutSize
+    narrow: LayoutSize
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write a figure as SVG, PDF and PNG.
 
     `folder`: the folder of the files, which are written atomically. `name`: the name of the files
-    without a suffix. Returns the image for a page: an SVG that shows one panel per row in a narrow
-    space.
+    without a suffix. Returns the image for a page, which shows one panel per row in a narrow space.
     """
     name_groups(figure)
     drawing = to_svg(figure)
@@ -229,15 +269,11 @@ def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     write_atomically(folder / f"{name}.svg", drawing)
     write_atomically(folder / f"{name}.pdf", _to_pdf(figure))
     write_atomically(folder / f"{name}.png", _to_png(figure))
-    width, height = figure.get_size_inches()
-    wide_ratio = float(width / height)
+    wide = LayoutSize(*(figure.get_size_inches() * POINTS_PER_INCH).tolist())
+    # A page is no XML document.
+    element = drawing[drawing.index(b"<svg") :].decode()
     if layout is None:
-        return SavedFigure(add_dark_colors(drawing), wide_ratio, wide_ratio)
-    image = add_dark_colors(merge_layouts(drawing, figure, layout))
-    return SavedFigure(image, wide_ratio, layout.width / layout.height)
-
-
-def add_dark_colors(image: bytes) -> bytes:
-    """Return an SVG that has the colors of a dark page on a dark screen."""
-    head, separator, rest = image.partition(b"<metadata>")
-    return head + f"<style>{figure_css()}</style>".encode() + separator + rest
+        return SavedFigure(rename_identifiers(element, name), wide, wide)
+    image = rename_identifiers(merge_layouts(element, figure, layout), name)
+    smallest_scale = min(piece.scale for piece in layout.pieces)
+    return SavedFigure(image, wide, LayoutSize(layout.width, layout.height, smallest_scale))

@@ -95,7 +95,7 @@ def draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
     has_eaten = np.asarray(trace["eaten"].sum("step").values > 0)
     generation = trace.attrs["generation"]
     title = f"Generation {generation}: {has_eaten.sum()} of {has_eaten.size} ate"
-    axes.set_title(title, loc="left")
+    axes.set_title(title)
     return has_eaten
 
 

@@ -272,8 +272,9 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
     for axes, summary in zip(panels, summaries, strict=True):
         title = textwrap.fill(summary.title, TITLE_LETTERS)
-        axes.set_title(title, loc="left", fontweight="bold")
-        axes.set_xlabel(summary.unit if _needs_unit(summary.unit) else "")
+        axes.set_title(title)
+        unit = textwrap.fill(summary.unit, TITLE_LETTERS)
+        axes.set_xlabel(unit if _needs_unit(summary.unit) else "")
         if summary.unit == LOG_RATIO:
             axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
             axes.locator_params(axis="x", nbins=4)

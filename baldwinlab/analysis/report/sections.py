@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from os.path import relpath
@@ -14,7 +13,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure as Drawing
 
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 from baldwinlab.analysis.figures.style import save_figure
 from baldwinlab.analysis.report import content, tables
 from baldwinlab.analysis.report.data import Link
@@ -46,7 +45,7 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
 # Widths of figures, in inches, that select a CSS class: below the first two, or above the last.
 NARROW_WIDTH: Final = 4.0
 SLIM_WIDTH: Final = 6.0
-BROAD_WIDTH: Final = 9.0
+BROAD_WIDTH: Final = 8.0
 
 
 class Section(NamedTuple):
@@ -90,7 +89,9 @@ def _make_environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= TEMPLATE_FILTERS
-    environment.globals["colours"] = palette.report_css()
+    environment.globals["styles"] = (
+        typeface.font_css() + palette.report_css() + palette.figure_css()
+    )
     return environment
 
 
@@ -174,8 +175,8 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
         "caption": figure.caption,
         "alternative": figure.alternative,
         "shape": _name_shape(figure.figure),
-        "ratios": (saved.wide_ratio, saved.narrow_ratio),  # Width by height.
-        "source": f"data:image/svg+xml;base64,{b64encode(saved.image).decode('ascii')}",
+        "sizes": {"wide": saved.wide, "narrow": saved.narrow},
+        "image": saved.image,
         "files": files,
         "commands": figure.commands,
         "links": figure.links,

@@ -290,7 +290,7 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
     figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)  # No legend.
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
-        axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
+        axes.set_title(f"Map {map_name}" if map_name else "")
         _scale_items(axes, np.concatenate([row.values for row in rows]))
     return figure
 
@@ -306,7 +306,6 @@ def _draw_map(axes: Axes, rows: Sequence[NoiseComparison], noise_controls: Seque
             xytext=(3, 0),
             textcoords="offset points",
             va="center",
-            fontsize=8,
             color=DARK_GRAY,
         )
     label_strips(axes, [row.learner for row in rows])
@@ -340,8 +339,8 @@ def draw_specifications(results: SpecificationResults, noise_controls: Sequence[
         draw_strip(effect_axes, position, row.effects, color, POINT_SIZE)
     effect_axes.axvline(0, color=GRAY, lw=0.8)
     label_strips(rank_axes, [row.learner for row in results.learners])
-    rank_axes.set_title("Rank", loc="left", fontweight="bold")
+    rank_axes.set_title("Rank")
     rank_axes.set_xlabel("rank (1 = most items)")
-    effect_axes.set_title("Difference to the best noise control", loc="left", fontweight="bold")
+    effect_axes.set_title("Difference to the best noise control")
     _scale_items(effect_axes, np.concatenate([row.effects for row in results.learners]))
     return figure

@@ -82,7 +82,7 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
         )
         row[0].set_ylabel(wrap_label(fitness.outcome(finals)))
     for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
         top = 1.0 if measure == "share" else find_top(axes)
         axes.set_ylim(-0.025 * top, 1.025 * top)
     return figure
@@ -149,7 +149,7 @@ def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
         image = draw_cells(axes, values, _format_cells(values), limits=(0, top), is_upward=True)
         label = "share of agents" if is_share else fitness.outcome(finals)
         figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
         _label_values(axes, rows, columns)
     grid[0].set_ylabel(textwrap.fill(describe_field(finals, row), LINE_LENGTH))
     grid[1].set_xlabel(textwrap.fill(describe_field(finals, column), LONG_LINE_LENGTH))

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 from baldwinlab.lab.pages.explorable import render_explorable
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.lab.pages.single_page import make_environment
@@ -177,6 +177,6 @@ def _mark_headings(tokens: list[Token]) -> None:
 
 def _render(template: str, **data: object) -> bytes:
     page = make_environment().get_template(template)
-    colors = palette.report_css()
-    text = page.render(colors=colors, essay=ESSAY_FILE, laboratory=LABORATORY_FILE, **data)
+    styles = typeface.font_css() + palette.report_css()
+    text = page.render(styles=styles, essay=ESSAY_FILE, laboratory=LABORATORY_FILE, **data)
     return text.encode()

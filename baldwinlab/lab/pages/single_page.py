@@ -14,7 +14,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 
 STATIC_FOLDER = Path(__file__).parents[1] / "static"
 _IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
@@ -34,7 +34,7 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
         for name, code in collect_modules(first_module).items()
     }
     page = environment.get_template(template).render(
-        styles=palette.lab_css() + style_sheets, modules=modules, **data
+        styles=typeface.font_css() + palette.lab_css() + style_sheets, modules=modules, **data
     )
     return page.encode()
 

@@ -22,7 +22,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 from uvicorn import Config, Server
 
-from baldwinlab.analysis import palette
+from baldwinlab.analysis import palette, typeface
 from baldwinlab.analysis.movie import MovieError
 from baldwinlab.core.console import clip_for_terminal
 from baldwinlab.lab import Lab, MissingError
@@ -68,6 +68,7 @@ def make_app(
             *make_routes(lab, comparisons),
             Route("/palette.css", _respond_palette),
             WebSocketRoute("/{path:path}", _reject_websocket),
+            Mount("/fonts", StaticFiles(directory=typeface.FOLDER)),
             static_files,
         ],
         lifespan=lifespan,
@@ -110,7 +111,7 @@ def make_server(app: ASGIApp) -> Server:
 
 
 def _respond_palette(request: Request) -> Response:
-    return Response(palette.lab_css(), media_type="text/css")
+    return Response(typeface.font_css("fonts") + palette.lab_css(), media_type="text/css")
 
 
 def _respond_disconnected(request: Request, error: Exception) -> Response:

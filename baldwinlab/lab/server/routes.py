@@ -52,7 +52,9 @@ JSON: Final = "application/json"
 CONTAINER: Final = "application/octet-stream"
 # A report in a study can be written by another program. The policy forbids scripts and requests in
 # the report, and separates it from the origin of the lab.
-REPORT_POLICY: Final = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+REPORT_POLICY: Final = (
+    "sandbox; default-src 'none'; font-src data:; img-src data:; style-src 'unsafe-inline'"
+)
 # The parameters of a lifetime, see `life_query.find_life`.
 LIFE: Final = ("study", "condition", "run", "generation", "live", "preset", "seed")
 FRAME_WINDOW: Final = ("left", "top", "right", "bottom", "columns", "rows", "max_shapes")

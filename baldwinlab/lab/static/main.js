@@ -9,6 +9,7 @@ import {
 } from "./core/address.js";
 import { el, getJSON, showConnection, showUnhandledErrors } from "./core/common.js";
 import { Guide, LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./core/guide.js";
+import { loadFonts } from "./core/palette.js";
 import { PRESETS } from "./core/sources.js";
 
 const VIEWS = {
@@ -172,5 +173,6 @@ async function requestAnswer() {
 
 addEventListener("hashchange", show);
 showUnhandledErrors();
+await loadFonts();
 show();
 watchServer();

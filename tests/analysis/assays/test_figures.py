@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from baldwinlab.analysis.assays.evaluation import load_evaluations
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures.style import to_svg
+from baldwinlab.analysis.typeface import TEXT_SIZE
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
 
 A = "evo+self-taught/A"
@@ -43,7 +44,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> N
     figure = draw(name, assays, [A, B])
     assert to_svg(draw(name, assays, [A, B])) == to_svg(figure)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
-    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= TEXT_SIZE
     assert figure.get_size_inches()[0] <= 7.2
 
 

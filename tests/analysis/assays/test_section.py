@@ -178,7 +178,7 @@ def page(folder: Path, section: Section) -> Path:
 
 
 def text_of(path: Path) -> str:
-    return re.sub(r'src="[^"]*"', "", path.read_text("utf-8"))
+    return re.sub(r'"data:[^"]*"', "", path.read_text("utf-8"))
 
 
 def test_the_section_has_verdict_questions_figures_and_numbers(
@@ -212,7 +212,7 @@ def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> Non
 def test_a_single_assay_of_a_single_run_has_a_section_too(tmp_path: Path) -> None:
     for assay, conditions in make_all_assays(runs=1).items():
         section = make_section({assay: conditions}, tmp_path / assay)
-        text = re.sub(r'src="[^"]*"', "", section.body)
+        text = re.sub(r'"data:[^"]*"', "", section.body)
         assert "not measured" in text and "nan" not in text.lower(), assay
 
 
@@ -258,7 +258,7 @@ def test_terms_of_a_model_without_food_leave_names_and_commands_unchanged(tmp_pa
         conditions[name] = assay.assign_attrs(provenance)
     section = make_section({"innate": conditions}, tmp_path)
     assert section.summary.startswith("On food: ") and "On eat/weights: " in section.summary
-    body = re.sub(r'src="[^"]*"', "", section.body)
+    body = re.sub(r'"data:[^"]*"', "", section.body)
     for name in conditions:
         assert f"<p><strong>{name}</strong></p>" in body
     assert "the average agent gains" in body and "born with their genome at death" in body

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -36,6 +37,7 @@ from baldwinlab.analysis.report.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.analysis.report.figures.shares import draw_shares
 from baldwinlab.analysis.report.figures.survival import draw_survival
+from baldwinlab.analysis.typeface import FAMILY, TEXT_SIZE
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
@@ -141,7 +143,7 @@ def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) ->
 def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
     figure, _ = render(name)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
-    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= TEXT_SIZE
     assert figure.get_size_inches()[0] <= 7.2
 
 
@@ -291,14 +293,15 @@ def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
 def test_a_figure_is_saved_as_svg_pdf_and_png(tmp_path: Path) -> None:
     saved = save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
     drawing = (tmp_path / "figures" / "maps.svg").read_bytes()
-    # The image has the same drawing, with a second layout.
-    assert drawing[drawing.index(b"<metadata>") : drawing.rindex(b"</svg>")] in saved.image
-    # Text can be edited, and only the image of a page has colors of a dark screen.
+    # The image has the same drawing once, with a second layout.
+    texts = re.findall(r"<text[^>]*>[^<]*</text>", drawing.decode())
+    assert re.findall(r"<text[^>]*>[^<]*</text>", saved.image) == texts
+    # Text can be edited, and names its font, which the PDF contains.
     assert b">Map A<" in drawing
-    assert b"prefers-color-scheme: dark" in saved.image
-    assert b"prefers-color-scheme" not in drawing
-    assert (tmp_path / "figures" / "maps.pdf").read_bytes().startswith(b"%PDF")
-    assert saved.narrow_ratio < 0.6 < 2 < saved.wide_ratio
+    assert f"'{FAMILY}'".encode() in drawing
+    document = (tmp_path / "figures" / "maps.pdf").read_bytes()
+    assert document.startswith(b"%PDF") and f"{FAMILY}-Regular".encode() in document
+    assert saved.narrow.ratio < 0.6 < 2 < saved.wide.ratio
     with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
         assert picture.width == 1440
 

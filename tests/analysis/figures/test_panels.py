@@ -74,7 +74,7 @@ def test_the_image_has_one_drawing_and_both_layouts() -> None:
     figure = draw_fitness_curves(study(AS_THE_PAPER))
     layout = arrange(figure)
     assert layout is not None
-    image = panels.merge_layouts(to_svg(figure), figure, layout).decode()
+    image = panels.merge_layouts(to_svg(figure).decode(), figure, layout)
     assert image.count('id="figure_1"') == 1
     references = re.findall(r'xlink:href="#(part-\d+)"', image)
     assert len(references) == len(layout.pieces)

@@ -129,7 +129,7 @@ def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path)
         for end in ("svg", "pdf", "png", "csv")
     }
     assert {path.name for path in (tmp_path / "figures").iterdir()} == names
-    text = re.sub(r'src="[^"]*"', "", made.body)
+    text = re.sub(r'"data:[^"]*"', "", made.body)
     assert "nan" not in text.lower() and "None" not in text
     assert "C1, paper +40" in text
     assert "R4: the probability of a parent grows linearly with its rank" in text

@@ -104,7 +104,7 @@ def test_the_page_states_what_was_run_and_the_results(page: Path) -> None:
     assert "senses.visual_radius</code> is 40" in section
     # It needs nothing but itself.
     assert not re.search(
-        r"""(src|href)\s*=\s*["'](?!data:|#|figures/|http://127\.0\.0\.1:8642/)|@import|url\("""
+        r"""(src|href)\s*=\s*["'](?!data:|#|figures/|http://127\.0\.0\.1:8642/)|@import|url\((?!"data:|#)"""
         r"""|<script|<link(?! rel="icon")""",
         text,
     )
@@ -136,7 +136,7 @@ def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_wat
     assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
         f"{name}{end}" for name in names for end in (".svg", ".pdf", ".png")
     }
-    alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
+    alternatives = re.findall(r'role="img" aria-label="([^"]+)"', page.read_text("utf-8"))
     assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
     # Every figure has its data and every result a lifetime to watch.
     parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
@@ -189,7 +189,7 @@ def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None
     text = report_of(data, tmp_path).read_text("utf-8")
     reasons = ("is about conditions of this study", "not evaluated", "too few runs")
     assert any(reason in text for reason in reasons)
-    assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
+    assert "nan" not in re.sub(r'"data:[^"]*"', "", text).lower()
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -296,7 +296,7 @@ def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
 
 def text_of(page: Path) -> str:
     """The words of a page, without pictures and styles."""
-    return re.sub(r'src="[^"]*"|<style>.*?</style>', "", page.read_text("utf-8"), flags=re.DOTALL)
+    return re.sub(r'"data:[^"]*"|<style>.*?</style>', "", page.read_text("utf-8"), flags=re.DOTALL)
 
 
 def own_report(data: xr.Dataset, folder: Path) -> str:
@@ -413,7 +413,7 @@ def test_the_first_screen_has_question_answer_effect_and_a_link_to_watch(
         )
         assert bottom <= height, part
     if width == 1280:
-        image = "document.querySelector('.first img').getBoundingClientRect().bottom"
+        image = "document.querySelector('.first .image').getBoundingClientRect().bottom"
         assert opened.evaluate(image) <= height
     assert opened.evaluate("document.documentElement.scrollHeight") <= 6000
     opened.close()
@@ -440,7 +440,7 @@ def test_on_a_phone_a_figure_has_one_panel_per_row(browser: Browser, page: Path)
     opened.goto(page.as_uri())
     shape = (
         "(box => box.width / box.height)"
-        "(document.querySelector('.first img').getBoundingClientRect())"
+        "(document.querySelector('.first .image').getBoundingClientRect())"
     )
     # Two rows of two panels, then four rows.
     assert opened.evaluate(shape) > 1

@@ -18,6 +18,7 @@ from baldwinlab.analysis.sweeps.figures import (
     draw_heat_maps,
     draw_response_curves,
 )
+from baldwinlab.analysis.typeface import TEXT_SIZE
 from tests.analysis.sweeps.made import grid, sample
 
 RATE = "learning.rate"
@@ -37,7 +38,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
     figure = DRAW[name]()
     assert to_svg(figure) == to_svg(DRAW[name]())
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
-    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= TEXT_SIZE
     assert figure.get_size_inches()[0] <= 7.2
 
 

@@ -21,6 +21,7 @@ from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.core.errors import RefusedError
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
+from tests.text_sizes import find_small_texts, has_bundled_font
 
 # Other tests draw these figures.
 pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
@@ -120,6 +121,7 @@ def test_the_answers_fit_the_window(browser: Browser, gallery: Path, width: int)
     for table in tables.all():
         assert table.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert find_small_texts(page) == [] and has_bundled_font(page)
     page.close()
 
 

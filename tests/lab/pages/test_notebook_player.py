@@ -102,7 +102,7 @@ def test_the_player_of_5000_steps_is_small_and_references_no_external_file(
     page = notebook_player.format_html(
         replay(shorten_preset().replace(lifetime={"steps": 5000}), seed=5)
     )
-    assert len(page) < 330_000
+    assert len(page) < 400_000
     frame = unescape(re.findall(r'srcdoc="([^"]*)"', page)[0])
     assert "default-src 'none'" in frame
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", frame)

@@ -103,7 +103,7 @@ def make_panels(
         for axes, measure in zip(row, measures, strict=True):
             measure_title = MEASURE_TITLES.get(measure, texts[measure]["title"])
             title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
-            axes.set_title(title, loc="left", fontweight="bold")
+            axes.set_title(title)
             axes.set_ylabel(wrap_label(texts[measure]["axis"]))
             yield Panel(axes, measure, conditions_on_map)
             # The caller has drawn into the panel now, so the upper limit is known.

@@ -115,7 +115,7 @@ def draw_world_maps(
     grid = figure.subplots(n_rows, n_columns, squeeze=False)
     for axes, (title, world) in zip(grid.flat, worlds.items(), strict=False):
         _draw_map(axes, world, agents, appearances.get(title) or make_food_appearance(world))
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
     for axes in grid.flat[len(worlds) :]:
         axes.set_visible(False)
     return figure

@@ -74,7 +74,7 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figu
             if values.size:
                 draw_box(axes, positions[condition.name], values, condition.style)
         title = measure.meaning[0].upper() + measure.meaning[1:]
-        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_title(title)
         axes.set_xticks(*ticks)
         axes.set_xlim(-0.8, max(positions.values()) + 0.8)
         axes.grid(visible=False, axis="x")

@@ -52,7 +52,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
     )
     styles = {str(name): choose_style(index) for index, name in enumerate(shares)}
     for axes, condition in zip(panels.flat, conditions, strict=False):
-        axes.set_title(condition.name, loc="left", fontweight="bold")
+        axes.set_title(condition.name)
         for name, style in styles.items():
             interval = interval_of_mean(shares[name].sel(condition=condition.name))
             draw_curve(axes, interval, style)

@@ -1,7 +1,7 @@
 /** The picture of a chart as a PNG file, with its title, its legend and a note. */
 
 import { el } from "../core/common.js";
-import { FONT, palette } from "../core/palette.js";
+import { palette } from "../core/palette.js";
 
 // CSS pixels.
 const MARGIN = 12;
@@ -31,9 +31,9 @@ export function drawPicture(plot, title, keys = [], note = "") {
   pen.fillRect(0, 0, canvas.width, canvas.height);
   pen.drawImage(plot, MARGIN, MARGIN + ROW, width, height);
   pen.fillStyle = palette.text;
-  pen.font = `600 14px ${FONT}`;
+  pen.font = `600 14px ${palette.font}`;
   pen.fillText(title, MARGIN, MARGIN + 12);
-  pen.font = `12px ${FONT}`;
+  pen.font = `12px ${palette.font}`;
   rows.forEach((row, index) => drawRow(pen, row, bottom + ROW * (index + 1)));
   return new Promise((resolve) => canvas.toBlob(resolve));
 }

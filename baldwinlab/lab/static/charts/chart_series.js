@@ -90,7 +90,6 @@ function drawSwatch(color, dash = []) {
 // Possible distances between generation ticks.
 const TICK_DISTANCES = [1, 10, 100, 1000].flatMap((power) => [power, 2 * power, 5 * power]);
 
-const FONT = "12px system-ui, sans-serif";
 // Visible on light and dark backgrounds.
 const GRID_COLOR = "rgba(128, 128, 128, 0.22)";
 // Space between the curves and the ends of the y axis other than 0.
@@ -124,7 +123,7 @@ export function createPlotOptions(plot, series, hidden, options, showValues) {
     legend: { show: false },
     scales: {
       x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) },
-      y: { range: (_, low, high) => computeAxisRange([low, high]) },
+      y: { range: (_, low, high) => computeAxisRange(options.limits?.() ?? [low, high]) },
     },
     axes: createAxes(plot, options),
     series: [{}, ...runs, ...createMeanLines(series, hidden, options)],
@@ -155,13 +154,15 @@ export function createPlotOptions(plot, series, hidden, options, showValues) {
 }
 
 function createAxes(plot, { names, xLabel, yLabel }) {
+  const font = `12px ${palette.font}`;
   const axis = (label) => ({
     label,
-    font: FONT,
-    labelFont: FONT,
+    font,
+    labelFont: font,
     stroke: () => getComputedStyle(plot).color,
+    border: { show: true, stroke: () => palette.soft, width: 1 },
     grid: { stroke: GRID_COLOR, width: 1 },
-    ticks: { stroke: GRID_COLOR, width: 1 },
+    ticks: { stroke: () => palette.soft, width: 1, size: 4 },
     labelSize: 18,
     values: (_, numbers) => numbers.map(formatNumber),
   });

@@ -128,6 +128,8 @@ export class LineChart {
    * @param {string} [options.note] in the saved picture: the runs and the meaning of the bands
    * @param {string} [options.runLabel] the word before the number of a run
    * @param {number} [options.height] of the plot, in CSS pixels
+   * @param {() => number[]} [options.limits] the lowest and the highest number of the y axis, by
+   *   default those of the visible curves
    * @param {string[]} [options.hidden] labels of series that are hidden at first
    * @param {(hidden: string[]) => void} [options.onHidden] called when the user hides or shows a
    *   series

@@ -2,7 +2,7 @@
 
 import { drawPicture } from "./chart_picture.js";
 import { el, formatNumber, setText } from "../core/common.js";
-import { FONT, formatColor, palette } from "../core/palette.js";
+import { formatColor, palette } from "../core/palette.js";
 import { createChartDownloads } from "../core/downloads.js";
 
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
@@ -94,7 +94,7 @@ export class LifetimeChart {
     const yAt = (value) =>
       MARGIN.top +
       (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
-    pen.font = `10.5px ${FONT}`;
+    pen.font = `11px ${palette.font}`;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     const edges = this.low < 0 ? [this.low, 0, this.high] : [this.low, this.high];

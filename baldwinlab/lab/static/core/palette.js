@@ -1,9 +1,4 @@
-/**
- * The current colors by name, from `baldwinlab/analysis/palette.py` through CSS, and the
- * font.
- */
-
-export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
+/** The current colors by name and the font, from `baldwinlab/analysis` through CSS. */
 
 let colors = {};
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (colors = {}));
@@ -23,6 +18,13 @@ export const palette = new Proxy(
       .trim()),
   },
 );
+
+/** Wait for the fonts, because a canvas is not drawn again when they arrive. */
+export async function loadFonts() {
+  await Promise.allSettled(
+    [400, 600].map((weight) => document.fonts.load(`${weight} 12px ${palette.font}`)),
+  );
+}
 
 /** Return the value of a color name, or "#rrggbb" unchanged. */
 export function resolveColor(color) {

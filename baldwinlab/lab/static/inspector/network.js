@@ -1,10 +1,9 @@
 /** Draw the networks of an agent: units by activation, links by weight, arcs to memory. */
 
-import { FONT, palette } from "../core/palette.js";
+import { palette } from "../core/palette.js";
 
 // Only the first links of a large network are drawn.
 const MAX_LINKS = 800;
-const LABEL_FONT = `11px ${FONT}`;
 
 /**
  * Draw a network into a box, in CSS pixels: with layers, or a graph of links.
@@ -87,7 +86,7 @@ function readGraph(/** @type {Object<string, any>} */ { links, inputs, actions, 
 
 /** Return the widths of the labels of the first and the last layer. */
 function measureLabels(pen, names, actions) {
-  pen.font = LABEL_FONT;
+  pen.font = `11px ${palette.font}`;
   return [names, actions].map(
     (texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)),
   );
@@ -158,7 +157,7 @@ export function findLargestOutput(activations, outputs) {
 
 function drawLabels(pen, layer, texts, align, offset) {
   pen.fillStyle = palette.soft;
-  pen.font = LABEL_FONT;
+  pen.font = `11px ${palette.font}`;
   pen.textAlign = align;
   pen.textBaseline = "middle";
   layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + offset, y));
@@ -189,7 +188,7 @@ export function drawModules(canvas, { header, arrays }, row, activations, weight
   networks.forEach((network, number) => {
     const top = number * (NETWORK_HEIGHT + TITLE_HEIGHT);
     pen.fillStyle = palette.soft;
-    pen.font = `600 12px ${FONT}`;
+    pen.font = `600 12px ${palette.font}`;
     pen.textAlign = "left";
     pen.textBaseline = "alphabetic";
     pen.fillText(modules[number], 0, top + 13, width);

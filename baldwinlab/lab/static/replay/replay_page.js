@@ -1,6 +1,7 @@
 /** The replay page: a file with all its modules (downloads.py). It makes no requests. */
 
 import { el, formatNumber, inflate, unpack } from "../core/common.js";
+import { loadFonts } from "../core/palette.js";
 import { Legend } from "../world/legend.js";
 import { Recording } from "../world/recording.js";
 import { addFigure } from "../world/world_figure.js";
@@ -13,6 +14,7 @@ import { WorldGroup } from "../world/world_group.js";
  *   string|null, commands: string[]}[]}} replay
  */
 export async function play(root, replay) {
+  await loadFonts();
   const recordings = await Promise.all(
     replay.panels.map(async ({ recording }) => new Recording(unpack(await inflate(recording)))),
   );

@@ -3,6 +3,7 @@
 import { selectSeriesStyle } from "../charts/chart_series.js";
 import { addChart, LineChart } from "../charts/charts.js";
 import { el, showMessage } from "../core/common.js";
+import { computeRange } from "../core/drawing.js";
 import {
   createChartDownloads,
   createDownloadButton,
@@ -57,8 +58,13 @@ export class ResultsCurves {
     const plots = view.panels.map(() => el("div"));
     this.downloads = el("div", { class: "row" }, ...this.createDownloads());
     root.append(el("div", { class: "results-panels" }, ...plots), this.downloads);
+    const { results, measure } = view;
+    // [panel]
+    this.series = view.panels.map(({ groups }) => createMedianSeries(results, measure, groups));
     // Charts need the width of their elements on the page.
-    this.charts = view.panels.map((panel, number) => this.createChart(plots[number], panel));
+    this.charts = view.panels.map((panel, number) =>
+      this.createChart(plots[number], panel, this.series[number])
+    );
     if (view.hasRunLines) this.addRuns();
   }
 
@@ -86,7 +92,7 @@ export class ResultsCurves {
     return (visible.length ? visible : groups).flatMap(({ conditions }) => conditions);
   }
 
-  createChart(plot, { map, groups }) {
+  createChart(plot, { map }, series) {
     const { results, measure, hidden, panels } = this.view;
     const { title, axis } = results.measures[measure];
     return new LineChart(plot, {
@@ -97,7 +103,8 @@ export class ResultsCurves {
       xLabel: "generation",
       yLabel: axis,
       height: panels.length > 1 ? 240 : 320,
-      series: createMedianSeries(results, measure, groups),
+      series,
+      limits: panels.length > 1 ? () => computeLimits(this.series.flat()) : undefined,
       hidden: hidden ? hidden.split(",") : [],
       onHidden: () => this.rememberHidden(),
       onPick: (pick) => this.openPick(pick),
@@ -135,7 +142,7 @@ export class ResultsCurves {
     try {
       const curvesByLabel = await this.loadRuns();
       if (this.isDestroyed) return;
-      for (const chart of this.charts) this.showRuns(chart, curvesByLabel);
+      this.showRuns(curvesByLabel);
       const listRows = () =>
         this.charts.flatMap(({ series }) => listRunRows(this.view.results.generation, series));
       status.replaceWith(
@@ -156,22 +163,36 @@ export class ResultsCurves {
     return Object.fromEntries(await Promise.all(entries));
   }
 
-  showRuns(chart, curvesByLabel) {
+  showRuns(curvesByLabel) {
     const { generation: generations } = this.view.results;
-    const series = chart.series.map((line) => ({
+    const addRuns = (line) => ({
       ...line,
       runs: Object.entries(curvesByLabel[line.label]).map(([run, values]) => ({
         run: Number(run),
         values: generations.map((_, index) => values[index] ?? null),
       })),
-    }));
-    chart.update(generations, series);
+    });
+    // All series are known before the first chart computes the limits of its axis.
+    this.series = this.series.map((lines) => lines.map(addRuns));
+    this.charts.forEach((chart, number) => chart.update(generations, this.series[number]));
   }
 
   destroy() {
     this.isDestroyed = true;
     for (const chart of this.charts) chart.destroy();
   }
+}
+
+/** Return the range of all numbers of some series, so that the panels of maps have one y axis. */
+function computeLimits(series) {
+  return computeRange(
+    ...series.flatMap(({ values, low = [], high = [], runs = [] }) => [
+      values,
+      low,
+      high,
+      ...runs.map((run) => run.values),
+    ]),
+  );
 }
 
 /** Draw the average agent of all conditions of a finished comparison, and return the chart. */

@@ -11,6 +11,7 @@ import {
   showMessage,
 } from "../core/common.js";
 import { saveFile } from "../core/downloads.js";
+import { palette } from "../core/palette.js";
 import { createLifetimeQuery } from "../core/sources.js";
 
 const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
@@ -191,7 +192,7 @@ async function drawPicture({ panels, step }) {
   pen.fillStyle = style.backgroundColor;
   pen.fillRect(0, 0, sheet.width, sheet.height);
   pen.fillStyle = style.color;
-  pen.font = `${13 * pixelRatio}px system-ui, sans-serif`;
+  pen.font = `${13 * pixelRatio}px ${palette.font}`;
   pen.textBaseline = "middle";
   let left = 0;
   for (const { canvas, source } of panels) {

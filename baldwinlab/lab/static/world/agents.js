@@ -3,7 +3,7 @@
  * and has a flash for each meal. The selected agent has a ring.
  */
 
-import { FONT, formatColor, palette, resolveColor } from "../core/palette.js";
+import { formatColor, palette, resolveColor } from "../core/palette.js";
 import { createSvg } from "../core/drawing.js";
 
 // In map units. A body has a length of about ten units.
@@ -129,7 +129,7 @@ function drawSelectionRing({ pen, x, y, scale }, agent, size) {
 
 function drawCounts({ pen, x, y, count, scale }, recording, step) {
   pen.fillStyle = palette.text;
-  pen.font = `600 ${11 / scale}px ${FONT}`;
+  pen.font = `600 ${11 / scale}px ${palette.font}`;
   pen.textAlign = "left";
   pen.textBaseline = "middle";
   for (let agent = 0; agent < count; agent++) {
