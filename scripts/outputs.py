@@ -1,7 +1,8 @@
 """Run the examples of the documentation, and write their outputs: `python -m scripts.outputs`.
 
-The output of a block of code is the block `text` after it. The README, tutorials and how-to pages
-show outputs. Arguments are pages, by default these. `--table` only counts the blocks.
+The output of a block of code is the block `text` after it. The README, the tutorials, the how-to
+pages and the page on sweeps show outputs. Arguments are pages, by default these. `--table` only
+counts the blocks.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ PAGES: Final = [
     ROOT / "README.md",
     *sorted((ROOT / "docs").glob("tutorials/*.md")),
     *sorted((ROOT / "docs").glob("how-to/*.md")),
+    ROOT / "docs" / "reference" / "sweeps.md",
 ]
 # A block of code, and after it its output, or the reason why it is not run.
 BLOCK: Final = re.compile(
