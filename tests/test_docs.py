@@ -186,6 +186,31 @@ def test_the_terms_of_the_glossary_are_unique_and_in_alphabetical_order() -> Non
     assert terms == sorted(set(terms))
 
 
+def read_row(page: Path, title: str) -> list[str]:
+    """Return the cells of the first row with a title in a table of a page."""
+    line = re.search(rf"^\| {title} \| (.+) \|$", page.read_text("utf-8"), re.MULTILINE)
+    assert line
+    return line[1].split(" | ")
+
+
+def test_the_front_page_has_the_counts_of_the_gallery() -> None:
+    gallery = DOCS / "explanation" / "gallery.md"
+    front = (ROOT / "README.md").read_text("utf-8")
+    measured, equal, not_measurable, _, _, *verdicts = read_row(gallery, "`fork-history`")
+    assert (
+        f"| {measured} | in {not_measurable} it is not measurable, and in {equal} all runs are "
+        "equal | better in {}, worse in {}, equivalent in {}, undecided in {} |".format(*verdicts)
+    ) in front
+    measured, equal, not_measurable, _, impossible, *verdicts = read_row(gallery, "`assimilation`")
+    assert (
+        f"| {measured} | in {impossible} it is impossible by the design of the model, in "
+        f"{not_measurable} it is not measurable, and in {equal} all runs are equal | further in "
+        "{}, less far in {}, equivalent in {}, undecided in {} |".format(*verdicts)
+    ) in front
+    compared, repeated, share, _ = read_row(gallery, "all questions")
+    assert f"{repeated} of the {compared} have the same verdict with both seeds ({share})" in front
+
+
 # Everyday words with a special sense, and words of this project.
 PROJECT_TERMS = (
     *("assay", "claim", "condition", "engine", "hook", "innate", "lane", "oracle", "part"),
