@@ -212,7 +212,7 @@ def main() -> None:
     parser.add_argument("--table", action="store_true", help="only count the blocks of each page")
     arguments = parser.parse_args()
     total: Counter[str] = Counter()
-    print("page                              output  not run  file  without  CPU s")
+    print("page                                    output  not run  file  without  CPU s")
     for page in map(Path.resolve, arguments.pages):
         start = time.process_time()
         if not arguments.table:
@@ -225,7 +225,7 @@ def main() -> None:
 
 def _print_row(title: str, counts: Counter[str], seconds: float) -> None:
     columns = [counts[kind] for kind in ("output", "not run", "file", "without")]
-    print("{:32}  {:6}  {:7}  {:4}  {:7}  {:5.1f}".format(title, *columns, seconds), flush=True)
+    print("{:38}  {:6}  {:7}  {:4}  {:7}  {:5.1f}".format(title, *columns, seconds), flush=True)
 
 
 def write_outputs(page: Path) -> None:
