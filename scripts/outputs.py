@@ -1,7 +1,8 @@
 """Run the examples of the documentation, and write their outputs: `python -m scripts.outputs`.
 
-The output of a block of code is the block `text` after it. Only tutorials and how-to pages show
-outputs. Arguments are pages, by default all of them. `--table` only counts the blocks.
+The output of a block of code is the block `text` after it. The README, the tutorials, the how-to
+pages and the page on sweeps show outputs. Arguments are pages, by default these. `--table` only
+counts the blocks.
 """
 
 from __future__ import annotations
@@ -26,12 +27,15 @@ from PIL import Image
 from baldwinlab.experiment import registry
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = sorted((ROOT / "docs").glob("tutorials/*.md")) + sorted(
-    (ROOT / "docs").glob("how-to/*.md")
-)
+PAGES: Final = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("tutorials/*.md")),
+    *sorted((ROOT / "docs").glob("how-to/*.md")),
+    ROOT / "docs" / "reference" / "sweeps.md",
+]
 # A block of code, and after it its output, or the reason why it is not run.
 BLOCK: Final = re.compile(
-    r"^```(?P<language>\w*)\n(?P<code>.*?)^```\n"
+    r"^```(?P<language>[^`\n]*)\n(?P<code>.*?)^```\n"
     r"(?:\n```text\n(?P<output>.*?)^```\n|\n(?P<reason>\*Not run: [^\n]+\*)\n)?",
     re.MULTILINE | re.DOTALL,
 )
@@ -39,8 +43,7 @@ FILE_NAME: Final = re.compile(r"# ([\w./-]+\.(?:toml|py|sh|yaml))\n")
 # A picture of a page that an example writes. Its title is the file in the folder of the example.
 PICTURE: Final = re.compile(r'!\[[^]]*\]\((\S+) "(\S+)"\)')
 PICTURE_WIDTH: Final = 1200
-# Languages of files that an example reads, and of code that only runs elsewhere.
-FILE_LANGUAGES: Final = ("toml", "yaml")
+# Languages of code that only runs elsewhere.
 FOREIGN_LANGUAGES: Final = ("bash", "html", "js", "nginx", "py")
 # A longer output is cut.
 MAX_LINES: Final = 20
@@ -209,20 +212,20 @@ def main() -> None:
     parser.add_argument("--table", action="store_true", help="only count the blocks of each page")
     arguments = parser.parse_args()
     total: Counter[str] = Counter()
-    print("page                              output  not run  file  without  CPU s")
+    print("page                                    output  not run  file  without  CPU s")
     for page in map(Path.resolve, arguments.pages):
         start = time.process_time()
         if not arguments.table:
             write_outputs(page)
         counts = count_blocks(page)
         total += counts
-        _print_row(page.relative_to(ROOT / "docs").as_posix(), counts, time.process_time() - start)
+        _print_row(page.relative_to(ROOT).as_posix(), counts, time.process_time() - start)
     _print_row("all", total, time.process_time())
 
 
 def _print_row(title: str, counts: Counter[str], seconds: float) -> None:
     columns = [counts[kind] for kind in ("output", "not run", "file", "without")]
-    print("{:32}  {:6}  {:7}  {:4}  {:7}  {:5.1f}".format(title, *columns, seconds), flush=True)
+    print("{:38}  {:6}  {:7}  {:4}  {:7}  {:5.1f}".format(title, *columns, seconds), flush=True)
 
 
 def write_outputs(page: Path) -> None:

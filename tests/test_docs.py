@@ -106,7 +106,9 @@ def test_a_sentence_follows_each_output(page: Path) -> None:
     text = page.read_text("utf-8")
     blocks = [match for match in outputs.BLOCK.finditer(text) if match["output"]]
     following = [text[match.end() :].lstrip() for match in blocks]
-    assert [words[:60] for words in following if words.startswith(("```", "#", "|", "!"))] == []
+    # A sentence that only announces the next block says nothing about the output.
+    others = ("```", "#", "|", "!", "The next block")
+    assert [words[:60] for words in following if words.startswith(others)] == []
 
 
 SCRIPTS = [
@@ -182,6 +184,50 @@ def test_the_terms_of_the_glossary_are_unique_and_in_alphabetical_order() -> Non
     terms = [term.lower() for term in re.findall(r"^## (.+)$", text, re.MULTILINE)]
     assert len(terms) > 20
     assert terms == sorted(set(terms))
+
+
+def read_row(page: Path, title: str) -> list[str]:
+    """Return the cells of the first row with a title in a table of a page."""
+    line = re.search(rf"^\| {title} \| (.+) \|$", page.read_text("utf-8"), re.MULTILINE)
+    assert line
+    return line[1].split(" | ")
+
+
+def test_the_front_page_has_the_counts_of_the_gallery() -> None:
+    gallery = DOCS / "explanation" / "gallery.md"
+    front = (ROOT / "README.md").read_text("utf-8")
+    measured, equal, not_measurable, _, _, *verdicts = read_row(gallery, "`fork-history`")
+    assert (
+        f"| {measured} | in {not_measurable} it is not measurable, and in {equal} all runs are "
+        "equal | better in {}, worse in {}, equivalent in {}, undecided in {} |".format(*verdicts)
+    ) in front
+    measured, equal, not_measurable, _, impossible, *verdicts = read_row(gallery, "`assimilation`")
+    assert (
+        f"| {measured} | in {impossible} it is impossible by the design of the model, in "
+        f"{not_measurable} it is not measurable, and in {equal} all runs are equal | further in "
+        "{}, less far in {}, equivalent in {}, undecided in {} |".format(*verdicts)
+    ) in front
+    compared, repeated, share, _ = read_row(gallery, "all questions")
+    assert f"{repeated} of the {compared} have the same verdict with both seeds ({share})" in front
+
+
+# Everyday words with a special sense, and words of this project.
+PROJECT_TERMS = (
+    *("assay", "claim", "condition", "engine", "hook", "innate", "lane", "oracle", "part"),
+    *("preset", "SIMD block", "variant", "verdict"),
+)
+TUTORIALS = [page for page in sorted(DOCS.glob("tutorials/*.md")) if page.name != "index.md"]
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_links_its_terms_to_the_glossary(page: Path) -> None:
+    # The next steps at the end of a page name other pages.
+    text = page.read_text("utf-8").partition("## Next steps")[0]
+    prose = re.sub(r"```.*?```|^#.*?$|`[^`]*`", "", text, flags=re.DOTALL | re.MULTILINE)
+    used = [term for term in PROJECT_TERMS if re.search(rf"\b{term}s?\b", prose)]
+    linked = [f"glossary.md#{term.lower().replace(' ', '-')})" for term in used]
+    assert used
+    assert [link for link in linked if link not in text] == []
 
 
 def test_every_page_is_two_clicks_from_the_front_page() -> None:

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
+from baldwinlab.analysis import statistics
 from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core import console
+from baldwinlab.experiment import BaseExperiment
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "baldwinlab"
@@ -21,13 +23,15 @@ FUNCTIONS = {
     if inspect.isfunction(getattr(baldwinlab, name))
 }
 METHODS = {
-    f"Study.{name}": method
-    for owner in (StudyRuns, baldwinlab.Study)
+    f"{title}.{name}": method
+    for title, owners in {
+        "Study": (StudyRuns, baldwinlab.Study),
+        "Experiment": (BaseExperiment, baldwinlab.Experiment),
+    }.items()
+    for owner in owners
     for name, method in vars(owner).items()
     if inspect.isfunction(method) and not name.startswith("_")
 }
-# The example of the package has `simulate`. Tables of other libraries are like that of `to_pandas`.
-WITHOUT_EXAMPLE = {"simulate", "Study.to_polars", "Study.to_arviz"}
 # `run` makes the study that the later examples open.
 OBJECTS = {"run": baldwinlab.run, **FUNCTIONS, **METHODS}
 
@@ -43,7 +47,18 @@ def find_examples() -> dict[str, doctest.DocTest]:
 
 
 def test_all_public_functions_and_methods_have_examples() -> None:
-    assert {*FUNCTIONS, *METHODS} - find_examples().keys() == WITHOUT_EXAMPLE
+    assert {"Study.compare", "Experiment.replace"} <= METHODS.keys()
+    assert {*FUNCTIONS, *METHODS} - find_examples().keys() == set()
+
+
+def test_all_public_functions_of_statistics_have_examples() -> None:
+    functions = {
+        name: getattr(statistics, name)
+        for name in statistics.__all__
+        if inspect.isfunction(getattr(statistics, name))
+    }
+    assert {"compare", "sign_test"} <= functions.keys()
+    assert [name for name, value in functions.items() if ">>> " not in (value.__doc__ or "")] == []
 
 
 # The example of `reproduce` takes five seconds.
@@ -62,12 +77,11 @@ def test_the_examples_of_docstrings_show_their_results(
     # Progress is no result of an example.
     monkeypatch.setattr(console.console, "quiet", True)
     runner = doctest.DocTestRunner()
+    reports: list[str] = []
     for test in find_examples().values():
-        if test.name not in names:
-            continue
-        reports: list[str] = []
-        runner.run(test, out=reports.append)
-        assert reports == [], "".join(reports)
+        if test.name in names:
+            runner.run(test, out=reports.append)
+    assert reports == [], "".join(reports)
 
 
 # The functions of `api` are public: see above.

@@ -65,6 +65,12 @@ def test_a_time_or_a_hash_that_differs_is_no_difference() -> None:
     assert outputs.insert_outputs(page, [other]) == page.replace(shown, other)
 
 
+def test_a_directive_is_not_the_start_of_the_next_example(page: Path) -> None:
+    page.write_text("```{exports}\n```\n\n```python\nprint(1)\n```\n", "utf-8")
+    assert [block.language for block in outputs.read_blocks(page)] == ["{exports}", "python"]
+    assert run(page) == ["", "1\n"]
+
+
 def test_blocks_are_counted_by_what_they_show(page: Path) -> None:
     assert outputs.count_blocks(page) == {"without": 1, "file": 1, "not run": 1}
     page.write_text(SHOWN, "utf-8")

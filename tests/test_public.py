@@ -73,7 +73,7 @@ def public_docstrings() -> Iterator[tuple[str, str]]:
 # Checks of numpydoc. The summary and the annotation can say what a parameter or a result is.
 DOCSTRING_CHECKS = {
     *("GL06", "GL07", "GL08", "GL10", "SS01", "SS02", "SS03", "SS04", "SS05", "SS06"),
-    *("PR01", "PR02", "PR03", "PR05", "PR09", "PR10"),
+    *("PR01", "PR02", "PR03", "PR04", "PR05", "PR09", "PR10"),
 }
 PUBLIC_MODULES = (
     "baldwinlab",

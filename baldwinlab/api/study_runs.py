@@ -368,6 +368,13 @@ class StudyRuns:
             No run is stored, or a record is damaged.
         RefusedError
             Polars or PyArrow is not installed.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.to_polars().select("condition", "run", "food_eaten").shape
+        (400, 3)
         """
         return StudyTable(self._store).to_polars()
 
@@ -395,6 +402,13 @@ class StudyRuns:
             No run is stored, or a record is damaged.
         ArgumentError
             `last` is less than 1.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> study = bl.open_study("mine")  # see the example of `run`
+        >>> study.to_arviz(last=1)["observed_data"]["mean"].sizes["run"]
+        5
         """
         # Imported late: SciPy's statistics take a while to load.
         from baldwinlab.analysis.statistics import fitness

@@ -107,6 +107,14 @@ class BaseExperiment(HashedFields):
         ------
         ExperimentError
             If the copy is invalid.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> evo = bl.load("evo/A")
+        >>> short = evo.replace(name="short", lifetime={"steps": 100})
+        >>> short.name, short.lifetime.steps, evo.lifetime.steps
+        ('short', 100, 5000)
         """
         changed = to_plain_data(changes)
         tree = merge(self.to_dict(), changed)
@@ -123,6 +131,19 @@ class BaseExperiment(HashedFields):
         ----------
         generation : int
             Number of the generation, from 0.
+
+        Returns
+        -------
+        BaseExperiment
+            The experiment itself if it has no schedule.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> switch_off = {"generation": 15, "learning.rule": "none"}
+        >>> experiment = bl.load("evo+self-taught/A").replace(schedule=[switch_off])
+        >>> experiment.at(14).learning.rule, experiment.at(15).learning.rule
+        ('self-taught', 'none')
         """
         if not self.schedule:
             return self
@@ -131,7 +152,21 @@ class BaseExperiment(HashedFields):
         return experiment
 
     def segments(self) -> list[tuple[range, Self]]:
-        """Return each range of generations with equal settings, and the experiment of the range."""
+        """Return each range of generations with equal settings, and the experiment of the range.
+
+        Returns
+        -------
+        list of tuple
+            The ranges in ascending order, each with its experiment.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> switch_off = {"generation": 15, "learning.rule": "none"}
+        >>> experiment = bl.load("evo+self-taught/A").replace(schedule=[switch_off])
+        >>> [generations for generations, _ in experiment.segments()]
+        [range(0, 15), range(15, 100)]
+        """
         generations = self.evolution.generations
         # Simulations call the function in each generation, and most experiments have no schedule.
         if not self.schedule:
@@ -143,10 +178,22 @@ class BaseExperiment(HashedFields):
     def species_experiments(self) -> tuple[Self, ...]:
         """Return the experiment of each species, or () for an experiment without species.
 
+        Returns
+        -------
+        tuple of BaseExperiment
+            The experiments in the order of the species.
+
         Raises
         ------
         ExperimentError
             A setting of a species is invalid.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> hunt = bl.load("predators-and-prey:prey-learns")
+        >>> [species.learning.rule for species in hunt.species_experiments()]
+        ['none', 'self-taught']
         """
         return make_species_experiments(self) if self.population.species else ()
 
@@ -155,7 +202,19 @@ class BaseExperiment(HashedFields):
         return []
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all settings as nested dicts."""
+        """Return all settings as nested dicts.
+
+        Returns
+        -------
+        dict
+            A value, or a dict of a table, by name.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo/A").to_dict()["world"]["start"]
+        {'x': 160.0, 'y': 160.0, 'radius': 40.0, 'headings': 'equal'}
+        """
         return self.model_dump(mode="json")
 
     def _repr_html_(self) -> str:
@@ -259,12 +318,30 @@ class BaseExperiment(HashedFields):
         ----------
         name : str
             Name of the gene, one of `gene_names`.
+
+        Returns
+        -------
+        int
+            The index. The genes follow the weights.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> experiment = bl.load("evo/A").replace(evolution={"variation": "self-adaptive"})
+        >>> experiment.gene_index("step_size"), experiment.weight_count
+        (60, 60)
         """
         names = self.gene_names
         return self.genome_length - len(names) + names.index(name)
 
     def without_learning(self) -> Self:
-        """Return the experiment without learning during life, so that fitness is innate."""
+        """Return the experiment without learning during life, so that fitness is innate.
+
+        Returns
+        -------
+        BaseExperiment
+            The changed copy.
+        """
         key = table_name(self.model)
         innate_model = to_plain_data(self.model_part.without_learning())
         members = zip(self.population.species, self.species_experiments(), strict=True)
@@ -278,10 +355,21 @@ class BaseExperiment(HashedFields):
     def neutral_control(self) -> Self:
         """Return the neutral control: the same births with random parents.
 
+        Returns
+        -------
+        BaseExperiment
+            The changed copy.
+
         Raises
         ------
         ExperimentError
             If the selection reproduces groups separately, which random parents would mix.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo/A").neutral_control().evolution.selection
+        'neutral'
         """
         selection = self.part("evolution.selection")
         reason = ""
@@ -304,10 +392,21 @@ class BaseExperiment(HashedFields):
         path : str
             Dotted path of the setting, for example "evolution.selection".
 
+        Returns
+        -------
+        object
+            The part with its settings.
+
         Raises
         ------
         ExperimentError
             The part is not loaded.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo/A").part("evolution.selection").name
+        'roulette'
         """
         return self.parts(path)[0]
 
@@ -319,10 +418,21 @@ class BaseExperiment(HashedFields):
         path : str
             Dotted path of the setting, for example "senses.kinds".
 
+        Returns
+        -------
+        tuple of object
+            The parts with their settings.
+
         Raises
         ------
         ExperimentError
             A part is not loaded.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> [sense.inputs for sense in bl.load("evo/A").parts("senses.kinds")]
+        [('left', 'front', 'right')]
         """
         return _make_parts(self, path, registry.count_changes())
 

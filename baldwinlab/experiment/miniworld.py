@@ -114,7 +114,19 @@ class Experiment(BaseExperiment):
         return any(feature.allows_births for feature in self.parts("world.features"))
 
     def find_conflicts(self) -> list[str]:
-        """Return a sentence for each setting that conflicts with other settings."""
+        """Return a sentence for each setting that conflicts with other settings.
+
+        Returns
+        -------
+        list of str
+            No sentence for an experiment that can run.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo/A").find_conflicts()
+        []
+        """
         return [
             *find_world_conflicts(self),
             *find_control_conflicts(self),
@@ -129,7 +141,19 @@ class Experiment(BaseExperiment):
         )
 
     def find_diet_faults(self) -> list[str]:
-        """Return a sentence for each setting that names a missing kind of items or species."""
+        """Return a sentence for each setting that names a missing kind of items or species.
+
+        Returns
+        -------
+        list of str
+            No sentence for an experiment that can run.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo/A").find_diet_faults()
+        []
+        """
         features = self.parts("world.features")
         kinds = ["food", *(region.kind for feature in features for region in feature.items())]
         faults = [
@@ -157,7 +181,19 @@ class Experiment(BaseExperiment):
     def named_species(self) -> list[tuple[str, str]]:
         """Return path and value of each setting that names a species.
 
-        For example ("eats.prey.0.species", "prey"). A sense can name a species as `target`.
+        A sense can name a species as `target`.
+
+        Returns
+        -------
+        list of tuple
+            The path and the value of each setting.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> predators, prey = bl.load("predators-and-prey:prey-learns").species_experiments()
+        >>> predators.named_species()
+        [('eats.prey.0.species', 'prey'), ('senses.species_in_sight.target', 'prey')]
         """
         settings = [
             (f"eats.prey.{prey_index}.species", prey.species)
@@ -180,7 +216,19 @@ class Experiment(BaseExperiment):
         return self.steps if max_steps is None else min(max_steps, self.steps)
 
     def without_learning(self) -> Self:
-        """Return this experiment with the learning rule `none`."""
+        """Return this experiment with the learning rule `none`.
+
+        Returns
+        -------
+        Experiment
+            The changed copy.
+
+        Examples
+        --------
+        >>> import baldwinlab as bl
+        >>> bl.load("evo+self-taught/A").without_learning().learning.rule
+        'none'
+        """
         no_rule = {"rule": "none", "control": "none"}
         species = change_tables(self.population.species, "learning", no_rule)
         return self.replace(learning=no_rule, **species)

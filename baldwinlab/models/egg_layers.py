@@ -35,7 +35,11 @@ from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def choose_medium(preference: kit.Numbers) -> kit.Numbers:
-    """Return the fraction p(x) = 1 / (1 + exp(-x)) of eggs on the right medium, for any shape."""
+    """Return the fraction p(x) = 1 / (1 + exp(-x)) of eggs on the right medium, for any shape.
+
+    >>> choose_medium(np.array([-2.0, 0.0, 2.0])).round(2).tolist()
+    [0.12, 0.5, 0.88]
+    """
     share: kit.Numbers = 1 / (1 + kit.exponentiate(-preference))
     return share
 

@@ -65,19 +65,31 @@ def sine(angle: kit.Numbers) -> kit.Numbers:
 
 
 def rastrigin(number: kit.Integers) -> kit.Numbers:
-    """Compute the term of Rastrigin's function for numbers 0 to 1023: x = -5.12 to 5.11."""
+    """Compute the term of Rastrigin's function for numbers 0 to 1023: x = -5.12 to 5.11.
+
+    >>> rastrigin(np.array([562, 612])).round(2).tolist()  # x = 0.5 and 1
+    [20.25, 1.0]
+    """
     x = (number - 512) / 100
     return 10 + x * x - 10 * sine(2 * pi * x + pi / 2)
 
 
 def schwefel(number: kit.Integers) -> kit.Numbers:
-    """Compute the term of Schwefel's function for numbers 0 to 1023: x = -512 to 511."""
+    """Compute the term of Schwefel's function for numbers 0 to 1023: x = -512 to 511.
+
+    >>> schwefel(np.array([933])).round().tolist()  # the minimum, at x = 421
+    [-419.0]
+    """
     x = number - 512.0
     return -x * sine(np.sqrt(np.abs(x)))
 
 
 def decode_gray(codes: kit.Integers) -> kit.Integers:
-    """Return the numbers of Gray codes. Codes of consecutive numbers differ in one bit."""
+    """Return the numbers of Gray codes. Codes of consecutive numbers differ in one bit.
+
+    >>> decode_gray(np.array([0b000, 0b001, 0b011, 0b010, 0b110])).tolist()
+    [0, 1, 2, 3, 4]
+    """
     numbers = codes.copy()
     for shift in range(1, NUMBER_BITS):
         numbers ^= codes >> shift

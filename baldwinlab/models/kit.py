@@ -82,7 +82,12 @@ def draw_founder_numbers(key: GenerationKey, agents: int, weights: int) -> Numbe
 
 
 def read_bits(genomes: Genomes) -> Integers:
-    """Return the first module of each genome as an integer: bit i has the value 2^i."""
+    """Return the first module of each genome as an integer: bit i has the value 2^i.
+
+    >>> genomes = np.array([[[1, 0, 1]], [[0, 1, 0]]])  # [agent, module, bit]
+    >>> read_bits(genomes).tolist()
+    [5, 2]
+    """
     bits = (genomes[..., 0, :] > 0.5).astype(np.int64)
     numbers: Integers = bits @ (1 << np.arange(bits.shape[-1]))
     return numbers
@@ -125,7 +130,12 @@ def mean_at(record: str, generation: int, dtype: type[np.floating] | None = None
 
 
 def select_generation(record: xr.DataArray, generation: int) -> xr.DataArray:
-    """Return a record in a generation, or in the last generation of a shorter run."""
+    """Return a record in a generation, or in the last generation of a shorter run.
+
+    >>> record = xr.DataArray([0.1, 0.2, 0.3], dims="generation")
+    >>> float(select_generation(record, 1)), float(select_generation(record, 50))
+    (0.2, 0.3)
+    """
     return record.isel(generation=min(generation, record.sizes["generation"] - 1))
 
 

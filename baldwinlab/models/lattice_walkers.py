@@ -70,7 +70,11 @@ def make_landscape(seed: int, run: int, length: int, slope: float, roughness: fl
 
 
 def climb(fitness: Fitness, steps: int) -> kit.Integers:
-    """Return the position after `steps` steps to the fitter neighbor, for each position."""
+    """Return the position after `steps` steps to the fitter neighbor, for each position.
+
+    >>> climb(np.array([0.1, 0.2, 0.3, 0.2, 0.1]), steps=1).tolist()
+    [1, 2, 2, 2, 3]
+    """
     # `padded[i + 1]` is the fitness of position i. It is 0 outside the line: no agent climbs there.
     padded = np.concatenate(([0.0], fitness, [0.0]))
     positions = np.arange(fitness.size)
@@ -88,6 +92,9 @@ def average_neighborhood(fitness: Fitness, steps: int) -> Fitness:
     """Return the mean fitness of all positions up to `steps` away, for each position.
 
     A position before the first one counts as the first one, a position after the last as the last.
+
+    >>> average_neighborhood(np.array([0.0, 3.0, 6.0]), steps=1).tolist()
+    [1.0, 3.0, 5.0]
     """
     offsets = np.arange(-steps, steps + 1)
     neighborhoods = np.arange(fitness.size)[:, None] + offsets
@@ -214,6 +221,11 @@ def fixation_probability(mutant: float, resident: float, size: int) -> float:
 
     The process is that of Moran. With x = resident / mutant, the probability is
     1 / (1 + x + x^2 + ... + x^(size - 1)).
+
+    >>> fixation_probability(1.0, 1.0, 20)  # a neutral mutant
+    0.05
+    >>> round(fixation_probability(1.1, 1.0, 20), 2)
+    0.11
     """
     if mutant == 0.0:
         return 0.0

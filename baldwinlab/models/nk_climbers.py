@@ -61,6 +61,10 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
     """Return the fitness of all strings of a run, in [0, 1]. The array is read-only.
 
     The index is the string as a binary number, see `kit.read_bits`. `n_links` is K.
+
+    >>> fitness = landscape(0, 0, bits=4, n_links=2)
+    >>> fitness.size, float(fitness.min()), float(fitness.max())
+    (16, 0.0, 1.0)
     """
     # A table has a random number for each combination of K + 1 bits.
     table_size = 2 ** (n_links + 1)

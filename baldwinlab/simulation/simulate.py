@@ -37,15 +37,15 @@ def simulate(
 
     Parameters
     ----------
-    experiment
+    experiment : BaseExperiment
         The settings.
-    seed
+    seed : int
         Seed of all random numbers, 0 to 2**31 - 1.
-    run
+    run : int
         Number of the run, 0 to 2**31 - 1. Runs of the same seed are independent.
-    backend
+    backend : str
         "cpu", "cuda", or "auto" for the fastest available backend. Results are bit-identical.
-    force
+    force : bool
         Run even if less memory is free than the estimate.
 
     Returns
@@ -62,6 +62,14 @@ def simulate(
         A setting has no effect.
     RefusedError
         The backend cannot be used on this machine, or too little memory is free.
+
+    Examples
+    --------
+    >>> import baldwinlab as bl
+    >>> short = bl.load("evo/A").replace(evolution={"generations": 2}, lifetime={"steps": 100})
+    >>> run = bl.simulate(short, seed=3)
+    >>> dict(run.energy.sizes)
+    {'generation': 2, 'agent': 20}
     """
     require_effect([experiment])
     require_resources(experiment.name, estimate_simulation(experiment), force=force)

@@ -57,7 +57,7 @@ def summarize(values: Sequence[float] | Sample) -> Summary:
 
     Parameters
     ----------
-    values
+    values : sequence of float or Sample
         Finite values, at least one.
 
     Returns
@@ -69,6 +69,12 @@ def summarize(values: Sequence[float] | Sample) -> Summary:
     ------
     ValueError
         If there is no value, or if a value is not finite.
+
+    Examples
+    --------
+    >>> summary = summarize([1, 2, 3, 4])
+    >>> summary.median, summary.lower_quartile, summary.max
+    (2.5, 1.75, 4.0)
     """
     values = check_sample(values)
     lower, median, upper = (float(quartile) for quartile in np.quantile(values, [0.25, 0.5, 0.75]))
@@ -88,7 +94,7 @@ def check_sample(values: Sequence[float] | Sample) -> Sample:
 
     Parameters
     ----------
-    values
+    values : sequence of float or Sample
         Finite values, at least one, of any shape.
 
     Returns
@@ -100,6 +106,11 @@ def check_sample(values: Sequence[float] | Sample) -> Sample:
     ------
     ValueError
         If there is no value, or if a value is not finite.
+
+    Examples
+    --------
+    >>> check_sample([[1, 2], [3, 4]]).tolist()
+    [1.0, 2.0, 3.0, 4.0]
     """
     sample = np.asarray(values, np.float64).ravel()
     if sample.size == 0 or not np.isfinite(sample).all():
@@ -112,7 +123,7 @@ def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
 
     Parameters
     ----------
-    values
+    values : sequence of float or Sample
         Finite values, at least one.
 
     Returns
@@ -124,6 +135,11 @@ def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
     ------
     ValueError
         If there is no value, or if a value is not finite.
+
+    Examples
+    --------
+    >>> median_interval([1, 2, 3, 4, 5])
+    (1.0, 5.0)
     """
     values = check_sample(values)
     if values.size == 1:
@@ -180,13 +196,19 @@ def percentile_interval(resampled: Sample) -> tuple[float, float]:
 
     Parameters
     ----------
-    resampled
+    resampled : Sample
         The statistic of each resample, [resample].
 
     Returns
     -------
     low, high : float
         The percentiles 2.5 and 97.5.
+
+    Examples
+    --------
+    >>> low, high = percentile_interval(np.arange(1001.0))
+    >>> round(low), round(high)
+    (25, 975)
     """
     low_quantile = (1 - CONFIDENCE_LEVEL) / 2
     high_quantile = (1 + CONFIDENCE_LEVEL) / 2

@@ -116,7 +116,7 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
 
     Parameters
     ----------
-    a, b
+    a, b : sequence of float or Sample
         Finite values, at least one each.
 
     Returns
@@ -129,6 +129,14 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
     ------
     ValueError
         If a sample is empty or has a value that is not finite.
+
+    Examples
+    --------
+    >>> comparison = compare([5, 6, 7, 8], [1, 2, 3, 4])
+    >>> comparison.effect, comparison.low, comparison.high, round(comparison.p, 3)
+    (4.0, 2.0, 6.0, 0.029)
+    >>> comparison.a12  # each value of a is larger than each value of b
+    1.0
     """
     a = check_sample(a)
     b = check_sample(b)
@@ -159,7 +167,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
 
     Parameters
     ----------
-    a, b
+    a, b : sequence of float or Sample
         Finite values, at least one each; `a[i]` and `b[i]` are a pair.
 
     Returns
@@ -171,6 +179,14 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     ------
     ValueError
         If a sample is empty, has a value that is not finite, or the sizes differ.
+
+    Examples
+    --------
+    >>> pairs = compare_pairs([3, 4, 5, 6, 7, 8], [2, 2, 2, 2, 2, 2])
+    >>> pairs.effect, pairs.low, pairs.high, pairs.p
+    (3.5, 1.0, 6.0, 0.03125)
+    >>> pairs.above, pairs.below
+    (6, 0)
     """
     a = check_sample(a)
     b = check_sample(b)
@@ -196,7 +212,7 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
 
     Parameters
     ----------
-    a, b
+    a, b : sequence of float or Sample
         Finite values, at least one each; `a[i]` and `b[i]` are a pair.
 
     Returns
@@ -209,6 +225,12 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     ------
     ValueError
         If a sample is empty, has a value that is not finite, or the sizes differ.
+
+    Examples
+    --------
+    >>> comparison = compare_paired([3, 4, 5, 6, 7, 8], [2, 2, 2, 2, 2, 2])
+    >>> comparison.effect, comparison.a12
+    (3.5, 1.0)
     """
     pairs = compare_pairs(a, b)
     return Comparison(

@@ -89,6 +89,10 @@ def proportion_interval(successes: int, runs: int) -> tuple[float, float]:
     The interval is exact: it contains the probability in at least 95 % of studies, for any number
     of runs. `successes` is the number of runs with the event, and `runs` is at least 1.
 
+    >>> low, high = proportion_interval(8, 10)
+    >>> round(low, 2), round(high, 2)
+    (0.44, 0.97)
+
     References
     ----------
     .. [1] C. J. Clopper and E. S. Pearson, "The use of confidence or fiducial limits illustrated in
@@ -104,7 +108,7 @@ def estimate_probability(values: npt.NDArray[np.float64]) -> tuple[float, float,
 
     Parameters
     ----------
-    values
+    values : np.ndarray
         1 for each run with the event and 0 for each run without it.
 
     Raises
@@ -136,7 +140,12 @@ class Hurdle(NamedTuple):
 
 
 def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
-    """Measure both parts of the hurdle model. A run takes off above the threshold."""
+    """Measure both parts of the hurdle model. A run takes off above the threshold.
+
+    >>> hurdle = measure_hurdle(np.array([0.0, 0.0, 5.0, 7.0]), threshold=1)
+    >>> hurdle.takeoffs, hurdle.size, hurdle.is_bimodal
+    (2, 6.0, True)
+    """
     sizes = values[values > threshold]
     share_low, share_high = proportion_interval(sizes.size, values.size)
     size = float(np.median(sizes)) if sizes.size else nan

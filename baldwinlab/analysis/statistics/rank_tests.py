@@ -42,7 +42,7 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
 
     Parameters
     ----------
-    a, b
+    a, b : Sample
         Finite values, at least one each.
 
     Returns
@@ -51,6 +51,12 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
         Pairs in which a is larger, where a tie counts half.
     p : float
         The two-sided p-value, which is 1 if all values are equal.
+
+    Examples
+    --------
+    >>> u, p = mann_whitney(np.array([5.0, 6.0, 7.0]), np.array([1.0, 2.0, 3.0]))
+    >>> u, round(p, 3)  # all 9 pairs have the larger value in a
+    (9.0, 0.1)
     """
     pooled = np.concatenate([a, b])
     n_pairs = a.size * b.size
@@ -119,13 +125,18 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
 
     Parameters
     ----------
-    ps
+    ps : sequence of float or Sample
         p-values of all tests of the family, 0 to 1; may be empty.
 
     Returns
     -------
     Sample
         The corrected p-values in the order of `ps`. None is below its p-value or above 1.
+
+    Examples
+    --------
+    >>> holm([0.01, 0.04, 0.03]).tolist()
+    [0.03, 0.06, 0.06]
     """
     p_values = np.asarray(ps, np.float64)
     order = np.argsort(p_values, kind="stable")

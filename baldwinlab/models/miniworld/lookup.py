@@ -1,10 +1,11 @@
 """Lookup tables of network outputs, for few binary inputs and networks without memory.
 
 If the weights of a module do not change during life, a table stores the outputs of the module for
-each combination of inputs. The table is filled at birth, and read in each step. The reinforcement
-module has such a table, and so has the action module of agents that do not learn. A module with
-real-valued inputs, a memory or more than 6 inputs is evaluated in every step instead.
-`choose_lookup` selects one of the classes, and the step is compiled for this class.
+each combination of inputs. For example, the 3 binary inputs of the sense `food` have 8
+combinations. The table is filled at birth, and read in each step. The reinforcement module has such
+a table, and so has the action module of agents that do not learn. A module with real-valued inputs,
+a memory or more than 6 inputs is evaluated in every step instead. `choose_lookup` selects one of
+the classes, and the step is compiled for this class.
 """
 
 from __future__ import annotations

@@ -6,18 +6,21 @@ A batch simulates several worlds of the same experiment and generation at the sa
 Conventions:
 
 - Each agent has a *lane*: the index of a column in the arrays `[row, lane]`.
-  The lane of an agent is `world * model.agents + agent`.
+  The lane of an agent is `world * model.agents + agent`: with 20 agents per world, agent 2 of world
+  1 has the lane 22.
 - The number of lanes is a multiple of the width of a SIMD block.
   Code also computes the lanes after the last agent, and ignores the results.
 - x grows to the right and y grows downwards. Positions are in [0, width) and [0, height).
-- A heading is a whole number of turns of 9 degrees, clockwise from +x, in [0, 40).
+- A heading is a whole number of turns of 9 degrees, clockwise from +x, in [0, 40). For example, 10
+  is 90 degrees, and points downwards.
 - The map is a torus: opposite edges are connected.
 - The position `NOWHERE` (1e9) is out of reach of all sensors and agents.
   In a trace, a negative x means that an item or agent is not on the map.
 - Input k of the network is the row k of `activations`, in the order of `senses.kinds`.
   The outputs are the last rows.
 - The weights of a module are ordered by layer, then by source unit, then by target unit.
-  The biases of a layer follow the weights of this layer.
+  The biases of a layer follow the weights of this layer. For example, with 3 inputs and 10 hidden
+  units, weight 12 connects input 1 with hidden unit 2.
 """
 
 from __future__ import annotations
