@@ -56,7 +56,9 @@ def list_in_a_report(command: Command, _: str) -> list[str]:
     boxes = re.findall(r"<pre[^>]*>(.*?)</pre>", page, re.DOTALL)
     lines = "\n".join(map(html.unescape, boxes)).splitlines()
     # One command of each kind. The lab would not end.
-    by_name = {line.split()[1]: line for line in reversed(lines) if line != "baldwinlab lab ."}
+    commands = [line for line in reversed(lines) if line.startswith("baldwinlab ")]
+    by_name = {line.split()[1]: line for line in commands}
+    assert by_name.pop("lab") == "baldwinlab lab ."
     return list(by_name.values())
 
 
