@@ -208,8 +208,9 @@ class ClaimResult:
             names = ", ".join(map(repr, self.unmeasured))
             return f"{names} needs a model that is not loaded: pass its file with --part FILE"
         if self.unassayed:
+            command = f"baldwinlab assay . --assays {' '.join(self.unassayed)}"
             names = ", ".join(self.unassayed)
-            return f"the assay {names} is not stored: run `baldwinlab assay DIR --assays {names}`"
+            return f"the assay {names} is not stored: in the study's directory, run `{command}`"
         return ""
 
     @property

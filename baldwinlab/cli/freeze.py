@@ -33,9 +33,8 @@ def freeze(
 ) -> None:
     """Write the genomes of an agent or of a population to one small file.
 
-    The file has the genomes at birth, the experiment and the origin. The command prints its
-    SHA-256. The file can be the founders of a study (run --founders) and can be replayed (replay
-    --genome).
+    The file has the genomes at birth, the experiment and the origin. The file can be the founders
+    of a study (run --founders) and can be replayed (replay --genome).
 
     For example:
 
@@ -49,4 +48,4 @@ def freeze(
         return
     agents = "1 agent" if frozen.n_agents == 1 else f"{frozen.n_agents} agents"
     runs = "1 run" if frozen.n_runs == 1 else f"{frozen.n_runs} runs"
-    console.info(f"{frozen.path}: {agents} of {runs}, SHA-256 {frozen.sha256}")
+    console.info(f"{frozen.path}: {agents} of {runs}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
@@ -87,14 +88,16 @@ def test_a_bad_request_to_freeze_is_refused_before_anything_is_written(
     assert [path.name for path in tmp_path.iterdir()] == ["other.nc"]
 
 
-def test_the_command_freeze_prints_the_hash_and_overwrites_only_its_files(
+def test_the_command_freeze_prints_the_numbers_of_agents_and_overwrites_only_its_files(
     command: Command, source: StudyStore, tmp_path: Path
 ) -> None:
     reference = f"{source.directory}:evo/A@1"
     for _ in range(2):
         outcome = command("freeze", reference, "--out", "all.nc")
-        digest = hashlib.sha256((tmp_path / "all.nc").read_bytes()).hexdigest()
-        assert outcome.out == f"all.nc: 20 agents of 2 runs, SHA-256 {digest}\n", outcome.err
+        assert outcome.out == "all.nc: 20 agents of 2 runs\n", outcome.err
+    record = json.loads(command("freeze", reference, "--out", "all.nc", "--json").out)
+    digest = hashlib.sha256((tmp_path / "all.nc").read_bytes()).hexdigest()
+    assert record == {"path": "all.nc", "sha256": digest, "n_runs": 2, "n_agents": 20}
 
 
 def test_a_study_begins_with_the_population_of_another_on_another_map(

@@ -140,6 +140,7 @@ def test_the_map_of_behavior_and_the_freezer_work(browser: Firefox, lab_server: 
     browser.wait_for("document.querySelectorAll('.scatter circle').length === 3")
     browser.evaluate("history.back()")
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
+    press("share")
     press("keep-a")
     browser.evaluate(f"{select('save-name')}.value = 'firefox'")
     press("save-submit")

@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 import baldwinlab as bl
+from baldwinlab.lab.sources.experiment_form import CHOICES
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import LabServer, get_json, read_box
@@ -39,8 +40,13 @@ def test_ticked_presets_are_compared_with_the_changes_of_the_form(
     dialog = page.get_by_test_id("compare-dialog")
     start = page.get_by_test_id("compare-start")
     # One preset cannot be compared.
-    expect(page.get_by_test_id("compare-selection")).to_have_text("Ticked: evo/A")
+    selection = page.get_by_test_id("compare-selection")
+    expect(selection).to_have_text("Ticked: Agents that do not learn")
     expect(start).to_be_disabled()
+    # Four presets in words are visible, and all others are folded.
+    choices = dialog.locator(".compare-tick:visible").all_inner_texts()
+    assert {text.partition("\n")[0] for text in choices} == set(CHOICES.values())
+    page.get_by_test_id("compare-all").locator("> summary").click()
     page.get_by_test_id("compare-search").fill("drift quarter")
     expect(dialog.get_by_label("evo+lamarckian/A")).to_be_hidden()
     dialog.get_by_label("evo+drift/A").check()
@@ -146,17 +152,20 @@ def test_the_keyboard_ticks_presets_and_escape_removes_the_plan(page: Page) -> N
     button = page.get_by_test_id("compare-open")
     button.focus()
     page.keyboard.press("Enter")
+    page.get_by_test_id("compare-all").locator("> summary").press("Enter")
     search = page.get_by_test_id("compare-search")
     search.focus()
     page.keyboard.type("evo+drift/A")
-    # Two papers match: the ticked preset, then the found one.
+    # The summary of the paper, then the found preset.
     for _ in range(6):
         page.keyboard.press("Tab")
         focused = page.evaluate("document.activeElement.value ?? ''")
         if focused == "evo+drift/A":
             break
     page.keyboard.press("Space")
-    expect(page.get_by_test_id("compare-selection")).to_have_text("Ticked: evo/A, evo+drift/A")
+    expect(page.get_by_test_id("compare-selection")).to_have_text(
+        re.compile("Ticked: Agents that do not learn; Control: weights change at random")
+    )
     expect(page).to_have_url(re.compile("compare="))
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("compare-dialog")).to_have_count(0)
@@ -170,7 +179,7 @@ def test_results_open_the_dialog_with_the_presets_of_the_study(page: Page) -> No
     # With 10 runs, a verdict is possible.
     expect(page.get_by_test_id("setup-compare-runs")).to_have_value("10")
     expect(page.get_by_test_id("compare-selection")).to_have_text(
-        "Ticked: evo/A, evo+self-taught/A"
+        "Ticked: Agents that do not learn; Agents that learn"
     )
 
 

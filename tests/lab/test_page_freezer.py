@@ -33,6 +33,8 @@ def read_changes(page: Page) -> dict[str, Any]:
 
 
 def store(page: Page, test_id: str, name: str) -> None:
+    """Store agents by an entry of the share menu."""
+    page.get_by_test_id("share").click()
     page.get_by_test_id(test_id).click()
     page.get_by_test_id("save-name").fill(name)
     page.get_by_test_id("save-submit").click()
@@ -49,19 +51,19 @@ def test_agents_and_populations_are_kept_from_the_world_and_from_a_live_run(
     store(page, "keep-a", "population")
     expect(page.get_by_test_id("save-fault")).to_contain_text("exists already")
     page.keyboard.press("Escape")
-    page.goto("/#/results?study=small")
-    page.get_by_test_id("finals").locator("> summary").click()
-    page.get_by_test_id("runs").locator("summary").click()
-    button = page.get_by_test_id("runs").locator("[data-testid^=keep-run]").first
-    store(page, button.get_attribute("data-testid") or "", "from-results")
-    expect(page.get_by_test_id("message-done").last).to_contain_text("from-results.nc")
+    # Of two worlds, both populations can be kept.
+    page.get_by_test_id("close-agent").click()
+    page.get_by_test_id("compare").click()
+    expect(page.locator("[data-ready]")).to_have_count(2)
+    store(page, "keep-b", "second-population")
+    expect(page.get_by_test_id("message-done").last).to_contain_text("second-population.nc")
     changes = json.dumps({"evolution.generations": 2, "lifetime.steps": 50})
     page.goto(f"/#/live?runs=1&pace=0&set={changes}")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
-    store(page, "keep-live", "live-population")
+    store(page, "keep-a", "live-population")
     expect(page.get_by_test_id("message-done").last).to_contain_text("live-population.nc")
-    sizes = {"agent": 1, "population": 20, "from-results": 20, "live-population": 20}
+    sizes = {"agent": 1, "population": 20, "second-population": 20, "live-population": 20}
     for name, n_agents in sizes.items():
         trace = bl.replay(genome=freezer.root / "freezer" / f"{name}.nc")
         assert trace.sizes["agent"] == n_agents

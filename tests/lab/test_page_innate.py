@@ -24,6 +24,11 @@ def test_the_tab_shows_the_measured_means_of_the_typical_run_and_the_sentence(
         lab_server.address, "behavior", of="generations", **SMALL | {"run": str(run)}
     )
     expect(page.get_by_test_id("innate-answer")).to_have_text(measured["answer"])
+    # The method is folded.
+    method = page.get_by_test_id("innate-method")
+    expect(method.locator("p")).to_be_hidden()
+    method.locator("summary").press("Enter")
+    expect(method.locator("p")).to_contain_text("Each agent is simulated twice")
     points = page.get_by_test_id("behavior-plot").locator("circle")
     pairs = zip(measured["innate"], measured["learned"], strict=True)
     for generation, (innate, learned) in enumerate(pairs):

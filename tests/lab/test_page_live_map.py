@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from typing import Any
 from urllib.parse import parse_qs
 
-from playwright.sync_api import Page, expect
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.axe import find_violations
-from tests.lab.client import read_box, wait_for
+from tests.lab.client import LabServer, draw_frames, read_box, wait_for
 
 # Origin and scale of the map in the canvas, in CSS pixels.
 GEOMETRY = """async canvas => {
@@ -26,19 +28,36 @@ def read_changes(page: Page) -> dict[str, Any]:
     return dict(json.loads(text))
 
 
+def find_position(canvas: Locator, point: Point) -> tuple[float, float]:
+    """Return the position of a point of the map in the window."""
+    box = read_box(canvas)
+    left, top, scale = canvas.evaluate(GEOMETRY)
+    return box["x"] + left + point[0] * scale, box["y"] + top + point[1] * scale
+
+
 def drag(page: Page, start: Point, end: Point) -> None:
     """Drag from a position on the map to another one, in units of length."""
     canvas = page.locator(".live-preview")
-    box = read_box(canvas)
-    left, top, scale = canvas.evaluate(GEOMETRY)
-
-    def move(x: int, y: int) -> None:
-        page.mouse.move(box["x"] + left + x * scale, box["y"] + top + y * scale)
-
-    move(*start)
+    page.mouse.move(*find_position(canvas, start))
     page.mouse.down()
-    move(*end)
+    page.mouse.move(*find_position(canvas, end))
     page.mouse.up()
+
+
+def swipe(page: Page, start: Point, end: Point) -> None:
+    """Swipe with a finger from a position on the map to another one."""
+    canvas = page.locator(".live-preview")
+    (x, y), (last_x, last_y) = find_position(canvas, start), find_position(canvas, end)
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *points: dict[str, float]) -> None:
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
+
+    touch("touchStart", {"x": x, "y": y})
+    for share in (0.2, 0.4, 0.6, 0.8, 1):
+        touch("touchMove", {"x": x + share * (last_x - x), "y": y + share * (last_y - y)})
+    touch("touchEnd")
+    draw_frames(page)
 
 
 def choose(page: Page, tool: str) -> None:
@@ -83,3 +102,29 @@ def test_a_shape_stays_on_the_map(page: Page) -> None:
     drag(page, (100, 500), (200, 600))
     wait_for(page, lambda: len(read_changes(page)["world.food"]) == 2)
     assert read_changes(page)["world.food"][1]["y"] == [500, 600]
+
+
+@pytest.fixture
+def phone(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+    viewport = {"width": 390, "height": 844}
+    with lab_server.open_page(browser, viewport=viewport, has_touch=True) as page:
+        page.goto("/#/live?preset=evo/A")
+        expect(page.locator(".live-preview")).to_be_visible()
+        expect(page.get_by_test_id("start")).to_be_enabled()
+        yield page
+
+
+def test_a_finger_scrolls_the_page_from_empty_places_and_moves_shapes(phone: Page) -> None:
+    main = phone.locator("main")
+    swipe(phone, (100, 500), (100, 300))
+    wait_for(phone, lambda: main.evaluate("main => main.scrollTop") > 0)
+    assert read_changes(phone) == {}
+    main.evaluate("main => main.scrollTo(0, 0)")
+    draw_frames(phone)
+    swipe(phone, (480, 160), (480, 400))
+    wait_for(phone, lambda: "world.food" in read_changes(phone))
+    assert read_changes(phone)["world.food"][0]["y"] == [320, 480]
+    choose(phone, "Add wall")
+    swipe(phone, (100, 300), (140, 500))
+    wait_for(phone, lambda: "world.walls.boxes" in read_changes(phone))
+    assert main.evaluate("main => main.scrollTop") == 0

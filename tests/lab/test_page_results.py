@@ -310,6 +310,33 @@ def test_a_report_opens_if_it_exists(page: Page, lab_server: LabServer) -> None:
     report.unlink()
 
 
+def test_the_links_of_a_report_open_figures_save_files_and_watch_lifetimes(
+    page: Page, lab_server: LabServer
+) -> None:
+    study = lab_server.root / "small"
+    bl.open_study(study).report()
+    try:
+        open_results(page)
+        with page.expect_popup() as popup:
+            page.get_by_test_id("report-link").click()
+        report = popup.value
+        for kind, signature in {"pdf": b"%PDF", "csv": b"condition,"}.items():
+            with report.expect_download() as download:
+                report.get_by_role("link", name=kind.upper(), exact=True).first.click()
+            assert download.value.suggested_filename == f"fitness.{kind}"
+            assert download.value.path().read_bytes().startswith(signature)
+        for kind in ("svg", "png"):
+            report.get_by_role("link", name=kind.upper(), exact=True).first.click()
+            expect(report).to_have_url(re.compile(rf"figures/fitness\.{kind}$"))
+            expect(report.locator("svg, img").first).to_be_visible()
+            report.go_back()
+        report.locator(".watch a").first.click()
+        expect(report.locator("[data-ready]").first).to_be_visible()
+    finally:
+        (study / "report.html").unlink()
+        shutil.rmtree(study / "figures")
+
+
 def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
     page.goto("/#/results")
     values = page.evaluate(

@@ -46,7 +46,7 @@ PANEL_WIDTH: Final = 1.6
 # Largest number of letters in a line of the title of a panel.
 TITLE_LETTERS: Final = 20
 # Heights of a row, and of the titles, the ticks and the legend together, in inches.
-ROW_HEIGHT: Final = 0.2
+ROW_HEIGHT: Final = 0.165
 AXES_HEIGHT: Final = 2.1
 VERDICT_STYLES: Final[Mapping[str, EstimateStyle]] = {
     YES: EstimateStyle(BLUE, size=5, width=1.4),

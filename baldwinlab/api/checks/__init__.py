@@ -36,6 +36,7 @@ from baldwinlab.api.checks.reproducibility import (
     check_simulator,
 )
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
+from baldwinlab.core.files import quote_path
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.parts.part import Part, overridden_hooks
@@ -264,7 +265,7 @@ def _repeat_command(part: PartSource, name: str, seed: int) -> str:
     if seed != SEED:
         options.append(f"--seed {seed}" if is_file else f"seed={seed}")
     if is_file:
-        return " ".join([f"baldwinlab check {part}", *options])
+        return " ".join([f"baldwinlab check {quote_path(Path(str(part)))}", *options])
     classes = ", ".join(part_class.__name__ for part_class in _load_parts(part))
     return f"baldwinlab.check_part({', '.join([f'[{classes}]', *options])})"
 

@@ -143,12 +143,7 @@ def list_rows(name: str, cells: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 
 def _list_sections(results: GuidanceResults, figures: Path) -> Iterator[Section]:
-    if results.predictions:
-        claims = tabulate_claims("Predictions", results.predictions)
-        body = render(
-            "atlas/claims.html", claims=claims, claims_file=DESIGN_FILE, digest=results.digest
-        )
-        yield Section("predictions", "Predictions", body)
+    """Yield a section for each part of the report, and one for the predictions."""
     for part, figure in zip(results.list_parts(), _draw_parts(results), strict=True):
         body = render(
             "guidance/section.html",
@@ -162,6 +157,12 @@ def _list_sections(results: GuidanceResults, figures: Path) -> Iterator[Section]
             ],
         )
         yield Section(figure.name, part.title, body)
+    if results.predictions:
+        claims = tabulate_claims("Predictions", results.predictions)
+        body = render(
+            "atlas/claims.html", claims=claims, claims_file=DESIGN_FILE, digest=results.digest
+        )
+        yield Section("predictions", "Predictions", body)
 
 
 def _draw_parts(results: GuidanceResults) -> list[ReportFigure]:

@@ -160,7 +160,9 @@ def _group_reasons(decisions: Sequence[Decision]) -> dict[tuple[str, str, str], 
 def _draw_figure(
     decisions: Sequence[Decision], summaries: Sequence[QuestionSummary], last: int
 ) -> ReportFigure:
-    systems = list(dict.fromkeys(decision.system for decision in decisions))
+    # A system without an effect would be an empty row.
+    measured = [decision.system for decision in decisions if decision.measurement]
+    systems = list(dict.fromkeys(measured))
     return ReportFigure(
         title="Effects of learning on evolution, by paper",
         caption=(

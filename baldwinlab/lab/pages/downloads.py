@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qsl, quote
 
 from baldwinlab.analysis.movie import Scene, write_scenes
+from baldwinlab.core.files import quote_path
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
@@ -191,12 +192,12 @@ def find_report(lab: Lab, name: str) -> Path:
         raise MissingError(f"there is no {name} here")
     # A name without a folder belongs to the study ".", which is the served folder.
     study_name = match["study"] or "."
-    path = studies.find_study(lab, study_name).directory / match["file"]
+    directory = studies.find_study(lab, study_name).directory
+    path = directory / match["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(
-            f"the study {study_name} has no {match['file']} yet; run `baldwinlab report`"
-        )
+        command = f"baldwinlab report {quote_path(directory)}"
+        raise MissingError(f"the study {study_name} has no {match['file']} yet; run `{command}`")
     return path
 
 

@@ -50,10 +50,11 @@ MAX_BODY_BYTES: Final = 2**20
 JSON: Final = "application/json"
 # The media type of a container, see `binary_frames`.
 CONTAINER: Final = "application/octet-stream"
-# A report in a study can be written by another program. The policy forbids scripts and requests in
-# the report, and separates it from the origin of the lab.
+# A report in a study can be written by another program. The policy forbids scripts, forms and
+# requests in the report. It keeps the origin of the lab, which answers no link of another origin.
 REPORT_POLICY: Final = (
-    "sandbox; default-src 'none'; font-src data:; img-src data:; style-src 'unsafe-inline'"
+    "sandbox allow-same-origin allow-downloads; default-src 'none'; font-src data:; img-src data:;"
+    " style-src 'unsafe-inline'"
 )
 # The parameters of a lifetime, see `life_query.find_life`.
 LIFE: Final = ("study", "condition", "run", "generation", "live", "preset", "seed")
@@ -213,9 +214,10 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
     if path.suffix == ".html":
         page = downloads.link_lifetimes(path.read_text("utf-8"), name.rpartition("/")[0] or ".")
         return Response(page, headers=headers, media_type="text/html")
-    # The browser shows CSV files as text, because a sandboxed page cannot start downloads.
-    media_type = "text/plain" if path.suffix == ".csv" else None
-    return FileResponse(path, headers=headers, media_type=media_type)
+    if path.suffix in (".pdf", ".csv"):
+        # A browser shows no PDF file in a sandbox.
+        return FileResponse(path, headers=headers, filename=path.name)
+    return FileResponse(path, headers=headers)
 
 
 async def _read_body(request: Request, names: Collection[str]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
+from baldwinlab.core.files import quote_path
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, Query, read_text
@@ -134,6 +135,7 @@ def _summarize_study(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
         "changes": list(study.changes),
         "verdicts": verdicts,
         "problem": problem,
+        "argument": quote_path(study.directory),
         "is_viewable": is_viewable,
     }
 

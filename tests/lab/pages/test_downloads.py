@@ -212,8 +212,8 @@ def test_an_invalid_request_is_rejected_with_a_message(lab_server: LabServer) ->
 
 def test_a_report_is_served_with_a_policy_against_scripts(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "run `baldwinlab report`" in get_error(
-        lab_server.address, "report/small/report.html", 404
+    assert get_error(lab_server.address, "report/small/report.html", 404).endswith(
+        f"run `baldwinlab report {lab_server.root}/small`"
     )
     path.write_text("<script>alert(1)</script>")
     try:
@@ -244,7 +244,7 @@ def test_only_the_files_that_a_report_links_to_are_served(lab_server: LabServer)
     try:
         response = get_response(lab_server.address, "report/small/figures/fitness.csv")
         assert response.text == "condition,mean\n"
-        assert response.headers["content-type"] == "text/plain; charset=utf-8"
+        assert response.headers["content-disposition"] == 'attachment; filename="fitness.csv"'
         (folder / "fitness.pdf").write_bytes(b"%PDF")
         response = get_response(lab_server.address, "report/small/figures/fitness.pdf")
         assert (response.content, response.headers["content-type"]) == (b"%PDF", "application/pdf")

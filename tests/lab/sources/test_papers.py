@@ -84,9 +84,14 @@ def test_a_card_lists_the_verdicts_of_its_paper_without_exploratory_claims(
     }
     # The studies have no runs to watch.
     common: dict[str, Any] = {"changes": [], "problem": None, "is_viewable": False}
-    expected = {"study": "mine/first", "verdicts": verdicts, **common}
-    assert cards["le-2019"]["studies"] == [expected]
-    assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, **common}]
+
+    def describe(name: str, verdicts: dict[str, dict[str, int]]) -> dict[str, Any]:
+        # The argument is that of a printed command.
+        argument = str(papers_server.root / name)
+        return {"study": name, "argument": argument, "verdicts": verdicts, **common}
+
+    assert cards["le-2019"]["studies"] == [describe("mine/first", verdicts)]
+    assert cards["tiny"]["studies"] == [describe("tiny", {})]
     assert cards["hinton-nowlan-1987"]["studies"] == []
 
 

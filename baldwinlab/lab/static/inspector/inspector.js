@@ -12,7 +12,6 @@ import {
   getBinary,
   showMessage,
 } from "../core/common.js";
-import { createFreezerButton } from "../world/freezer_button.js";
 import { drawModules, findLargestOutput } from "./network.js";
 import { Responses } from "./responses.js";
 import { createLifetimeQuery } from "../core/sources.js";
@@ -99,10 +98,6 @@ export class Inspector {
       class: "chip spread",
       "data-testid": "ancestors-of",
     });
-    const freezerButton = createFreezerButton("Keep this agent", "keep-agent", () => ({
-      source: this.source,
-      agent: this.agent,
-    }));
     const closeButton = createIconButton("Close", CLOSE_ICON, this.callbacks.close, {
       title: null,
       "data-testid": "close-agent",
@@ -112,7 +107,6 @@ export class Inspector {
       { class: "row" },
       el("div", {}, this.title, this.facts),
       this.ancestorsButton,
-      freezerButton,
       closeButton,
     );
   }

@@ -23,13 +23,14 @@ export class CompareDialog {
    * @param {object} form
    * @param {{preset: string, experiment: object, runs: number, seed: number}} form.order
    * @param {{name: string, paper?: string, description: string}[]} form.presets
+   * @param {Object<string, string>} form.choices the first choices, in words, by preset
    * @param {(path: string) => string[]} form.listOptions returns the options of a choice, or []
    * @param {{presets?: string[], fields?: Object<string, any[]>}} compared from the address
    * @param {(compared: object|null) => void} changed called after a change; null when the dialog
    *   closes
    * @param {(name: string) => void} started called with the name of the study
    */
-  constructor({ order, presets, listOptions }, compared, changed, started) {
+  constructor({ order, presets, choices, listOptions }, compared, changed, started) {
     this.order = { ...order };
     this.changed = changed;
     this.started = started;
@@ -38,7 +39,7 @@ export class CompareDialog {
     this.toml = "";
     this.kind = compared.fields ? "fields" : "presets";
     this.parts = {
-      presets: new ComparedPresets(presets, compared.presets ?? [order.preset]),
+      presets: new ComparedPresets(presets, choices, compared.presets ?? [order.preset]),
       fields: new ComparedValues(order.experiment, compared.fields ?? {}, listOptions),
     };
     this.createControls();

@@ -166,18 +166,27 @@ function parseValues(text) {
   }
 }
 
-/** The list of presets with ticks. */
+/** The presets with ticks: the first choices in words, then all others. */
 export class ComparedPresets {
   /**
    * @param {{name: string, paper?: string, description: string}[]} presets
+   * @param {Object<string, string>} choices the first choices, in words, by preset
    * @param {string[]} ticked names that are ticked at first
    */
-  constructor(presets, ticked) {
-    this.ticks = presets.map((preset) => createTick(preset, ticked.includes(preset.name)));
-    this.groups = groupTicks(this.ticks);
+  constructor(presets, choices, ticked) {
+    const first = presets.filter(({ name }) => name in choices);
+    const others = presets.filter(({ name }) => !(name in choices));
+    const createTicks = (members) =>
+      members.map((preset) =>
+        createTick(preset, choices[preset.name] ?? preset.description, ticked.includes(preset.name))
+      );
+    const choiceTicks = createTicks(first);
+    this.others = createTicks(others);
+    this.ticks = [...choiceTicks, ...this.others];
+    this.groups = groupTicks(this.others);
     this.search = el("input", {
       type: "search",
-      placeholder: `Search ${presets.length} presets`,
+      placeholder: `Search ${others.length} presets`,
       "aria-label": "Search presets to compare",
       "data-testid": "compare-search",
       oninput: () => this.filter(),
@@ -186,8 +195,18 @@ export class ComparedPresets {
     this.element = el(
       "div",
       { class: "compare-part" },
-      this.search,
-      el("div", { class: "compare-presets" }, ...this.groups.map(({ element }) => element)),
+      el("div", {}, ...choiceTicks.map(({ element }) => element)),
+      el(
+        "details",
+        {
+          class: "live-presets",
+          open: !first.length || this.others.some(({ input }) => input.checked),
+          "data-testid": "compare-all",
+        },
+        el("summary", {}, `${others.length} more presets`),
+        this.search,
+        el("div", { class: "compare-presets" }, ...this.groups.map(({ element }) => element)),
+      ),
       this.selection,
     );
     this.element.addEventListener("input", () => this.showSelection());
@@ -197,7 +216,7 @@ export class ComparedPresets {
   /** Show the presets that contain the words of the search, and all ticked ones. */
   filter() {
     const { value } = this.search;
-    for (const { element, preset, input } of this.ticks)
+    for (const { element, preset, input } of this.others)
       element.hidden = !input.checked && !matchesWords(preset, value);
     for (const { element, ticks } of this.groups) {
       element.hidden = ticks.every((tick) => tick.element.hidden);
@@ -206,8 +225,8 @@ export class ComparedPresets {
   }
 
   showSelection() {
-    const { presets } = this.read();
-    this.selection.textContent = presets.length ? `Ticked: ${presets.join(", ")}` : "";
+    const titles = this.ticks.filter(({ input }) => input.checked).map(({ title }) => title);
+    this.selection.textContent = titles.length ? `Ticked: ${titles.join("; ")}` : "";
   }
 
   /** Return the order of the server: the names of the ticked presets. */
@@ -221,30 +240,28 @@ export class ComparedPresets {
   }
 }
 
-function createTick(preset, checked) {
-  const input = el("input", { type: "checkbox", checked, value: preset.name });
-  const caption = preset.description && el("small", {}, preset.description);
-  const element = el(
-    "label",
-    { class: "compare-tick" },
-    input,
-    el("span", {}, preset.name, caption),
-  );
-  return { preset, input, element };
+/** Return a preset with a checkbox. Its title is in words, and its name is below. */
+function createTick(preset, description, checked) {
+  const { name } = preset;
+  const title = description ? description[0].toUpperCase() + description.slice(1) : name;
+  const input = el("input", { type: "checkbox", checked, value: name });
+  const caption = description && el("small", {}, name);
+  const element = el("label", { class: "compare-tick" }, input, el("span", {}, title, caption));
+  return { preset, title, input, element };
 }
 
-/** Return a group of ticks for each paper. The first group and groups with ticks are open. */
+/** Return a group of ticks for each paper. Groups with ticks are open. */
 function groupTicks(ticks) {
   const groups = new Map();
   for (const tick of ticks) {
     const title = tick.preset.paper ?? "Presets";
     groups.set(title, [...(groups.get(title) ?? []), tick]);
   }
-  return [...groups].map(([title, members], number) => ({
+  return [...groups].map(([title, members]) => ({
     ticks: members,
     element: el(
       "details",
-      { open: number === 0 || members.some(({ input }) => input.checked) },
+      { open: members.some(({ input }) => input.checked) },
       el("summary", {}, title),
       ...members.map(({ element }) => element),
     ),

@@ -55,7 +55,7 @@ async function openFreezer(useFounders, signal) {
     el("h2", {}, "Freezer"),
     files.length
       ? el("ul", { class: "freezer-files" }, files.map((file) => createEntry(file, choose)))
-      : el("p", {}, "No agents are stored. Press the snowflake next to a map to keep its agents."),
+      : el("p", {}, "No agents are stored. The menu Share next to a world keeps its agents."),
     ...(readable.length ? [createCompetition(readable)] : []),
     createButton("Close", () => dialog.close()),
   );

@@ -86,11 +86,8 @@ export class LearningContrast extends WorldGroup {
     this.player.setSpeed(chooseSpeed(recordings[0].steps));
     this.lead.ask(this.panels);
     const { generation } = recordings[0].header;
-    this.lead.startBefore(
-      findFirstMeal(recordings),
-      this.player,
-      `Generation ${generation}, typical run. `,
-    );
+    this.lead.note.textContent = `Generation ${generation}, typical run.`;
+    this.lead.startBefore(findFirstMeal(recordings), this.player);
     this.sight.observe(this.element);
   }
 

@@ -1,6 +1,7 @@
 /** The map of the settings of a live run. The pointer moves, draws and removes its shapes. */
 
 import { el, isServerless } from "../core/common.js";
+import { Hint } from "../core/hints.js";
 import { WorldView } from "../world/world_view.js";
 
 // Edges of shapes are on this grid. A thinner wall could be stepped over.
@@ -50,11 +51,12 @@ export class LiveMap {
         )
       ),
     );
-    const hint = el("p", { class: "soft" }, "Drag food, walls or the start.");
-    this.element = el("div", { class: "live-map", hidden: true }, this.canvas, this.tools, hint);
+    this.element = el("div", { class: "live-map", hidden: true }, this.canvas);
     // The engine of an exported page has the parts of its own experiments only.
-    if (isServerless()) this.tools.hidden = hint.hidden = true;
-    else this.bindPointer();
+    if (isServerless()) return;
+    this.hint = new Hint("map", () => this.tools.querySelector("input:checked"));
+    this.element.append(this.tools, this.hint.element);
+    this.bindPointer();
   }
 
   get tool() {
@@ -83,7 +85,6 @@ export class LiveMap {
 
   bindPointer() {
     const { canvas } = this;
-    canvas.style.touchAction = "none";
     canvas.addEventListener("pointerdown", (event) => {
       const from = this.locate(event);
       const isNew = this.tool in COLORS;
@@ -102,6 +103,10 @@ export class LiveMap {
     canvas.addEventListener("pointercancel", () => {
       this.drag = null;
       this.draw();
+    });
+    // A finger that moves no shape scrolls the page.
+    canvas.addEventListener("touchmove", (event) => this.drag && event.preventDefault(), {
+      passive: false,
     });
   }
 
@@ -130,6 +135,7 @@ export class LiveMap {
     const [kind, edges] = this.readDrag(event);
     const { shape } = this.drag;
     this.drag = null;
+    this.hint.dismiss();
     this.draw();
     this.edit((experiment) => writeShape(experiment, { kind, index: shape?.index, edges }));
   }

@@ -17,8 +17,6 @@ import { parseWholeNumber } from "./live_selector.js";
 const VALIDATION_DELAY = 200;
 // Runs of each condition of a comparison, if the user has set no number. They usually decide.
 const COMPARED_RUNS = 10;
-// The start button can be outside the form.
-const FORM_ID = "live-settings";
 
 /**
  * @typedef {object} Listener
@@ -61,7 +59,6 @@ export class Setup {
     this.start = createButton("Start", null, {
       type: "submit",
       class: "primary",
-      form: FORM_ID,
       disabled: true,
       "data-testid": "start",
     });
@@ -69,8 +66,7 @@ export class Setup {
       hidden: isServerless(),
       "data-testid": "compare-open",
     });
-    // The view places the start button here or on the map.
-    this.begin = el("div", { class: "row live-begin" }, this.compare);
+    this.begin = el("div", { class: "row live-begin" }, this.start, this.compare);
     // The view places a menu here.
     this.corner = el("span", {});
     this.reset = createButton("Undo all changes", () => this.resetToPreset(), {
@@ -90,6 +86,7 @@ export class Setup {
       this.signal,
     );
     const { preset } = this.state;
+    this.choices = choices;
     this.preset = new PresetPicker(presets, choices, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
     await this.load(parseChanges(this.state.set));
@@ -110,7 +107,7 @@ export class Setup {
     const order = { preset: this.preset.value, experiment: this.fields.form.value, runs, seed };
     const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
     const { element } = new CompareDialog(
-      { order, presets, listOptions },
+      { order, presets, choices: this.choices, listOptions },
       compared,
       remember,
       (name) => this.listener.compared(name),
@@ -156,7 +153,6 @@ export class Setup {
     const element = el(
       "form",
       {
-        id: FORM_ID,
         class: "card live-setup",
         novalidate: true,
         "aria-label": "Settings of the live run",

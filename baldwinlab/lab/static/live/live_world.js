@@ -1,7 +1,6 @@
 /** The world of a live run: the newest generation, or a selected one. */
 
 import { el, formatNumber, showMessage } from "../core/common.js";
-import { createFreezerButton } from "../world/freezer_button.js";
 import { Legend } from "../world/legend.js";
 import { openLifetime } from "../world/lifetimes.js";
 import { LiveSelector, parseWholeNumber } from "./live_selector.js";
@@ -65,10 +64,6 @@ export class LiveWorld extends WorldGroup {
       { class: "number", "data-testid": "live-caption" },
       "Simulating the first generation …",
     );
-    this.keep = createFreezerButton("Keep this population", "keep-live", () => ({
-      source: this.map.source,
-    }));
-    if (this.keep) this.keep.hidden = true;
     stage.addEventListener("wheel", (event) => this.handleWheel(event), { capture: true });
     const element = el(
       "section",
@@ -80,7 +75,6 @@ export class LiveWorld extends WorldGroup {
         newest,
         el("span", { class: "spread" }),
         runs,
-        this.keep,
         link,
       ),
       stage,
@@ -145,7 +139,6 @@ export class LiveWorld extends WorldGroup {
     const { life, source } = this.map;
     const isFirst = !this.share;
     this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());
-    if (this.keep) this.keep.hidden = false;
     this.displayStart = performance.now();
     this.title.textContent = `Generation ${formatNumber(source.generation)}`;
     this.legend.show([life.header]);

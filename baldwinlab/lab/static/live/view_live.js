@@ -48,8 +48,7 @@ class LiveView {
     this.aborted = new AbortController();
     this.stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
     const side = el("div", { class: "live-side" });
-    this.startOnMap = el("div", { class: "live-start" });
-    this.columns = el("div", { class: "live" }, this.stage, this.startOnMap, side);
+    this.columns = el("div", { class: "live" }, this.stage, side);
     root.append(this.columns);
     const { signal } = this.aborted;
     this.setup = new Setup(state, navigate, this.createListener(), signal);
@@ -86,7 +85,6 @@ class LiveView {
     if (id + comparison === this.shownId) return;
     this.shownId = id + comparison;
     this.columns.classList.toggle("shown", this.shownId !== "");
-    (this.shownId ? this.setup.begin : this.startOnMap).prepend(this.setup.start);
     this.leave();
     if (comparison) this.showComparison(comparison);
     else if (id) this.showRun(id);

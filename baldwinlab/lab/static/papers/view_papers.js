@@ -141,7 +141,7 @@ function describeSize({ conditions, claims, runs }) {
 }
 
 /** Return the row of a study: changes of the model, verdicts and links. */
-function createStudyRow({ study, changes, verdicts, problem, is_viewable: isViewable }) {
+function createStudyRow({ study, argument, changes, verdicts, problem, is_viewable: isViewable }) {
   const name = study === "." ? "this study" : study;
   const createLink = (view, text) =>
     el(
@@ -159,7 +159,7 @@ function createStudyRow({ study, changes, verdicts, problem, is_viewable: isView
     { class: "row paper-study", "data-testid": `study-${study}` },
     el("span", { class: "mono" }, name),
     ...(changes.length ? [changesNote] : []),
-    ...createBadges(verdicts, problem),
+    ...createBadges(verdicts, problem, argument),
     el(
       "span",
       { class: "spread paper-links" },
@@ -170,7 +170,7 @@ function createStudyRow({ study, changes, verdicts, problem, is_viewable: isView
 }
 
 /** Return the badges of each kind of claims. Without verdicts, return the reason. */
-function createBadges(verdicts, problem) {
+function createBadges(verdicts, problem, argument) {
   const kinds = Object.entries(verdicts);
   if (kinds.length)
     return kinds.flatMap(([kind, counts]) => [
@@ -182,7 +182,7 @@ function createBadges(verdicts, problem) {
       }),
     ]);
   const reason = problem
-    ? "The report is not valid. Run baldwinlab report again."
+    ? `The report is not valid. Run baldwinlab report ${argument}.`
     : "no report yet";
   return [el("span", { class: "soft", title: problem ?? "" }, reason)];
 }

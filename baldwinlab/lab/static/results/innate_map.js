@@ -18,10 +18,10 @@ import { formatLifetimeAddress } from "../core/sources.js";
 export const INNATE = "innate";
 const TABS = [[null, "Comparison"], [INNATE, "Is it innate?"]];
 
-const MEASURED =
+const READING = "If later points are farther to the right, the behavior becomes innate.";
+const METHOD =
   "Each agent is simulated twice: same birth, same food, same random numbers, with learning and" +
-  " without. Points above the dashed line gain by learning. If later points are farther to the" +
-  " right, the behavior becomes innate.";
+  " without. Points above the dashed line gain by learning.";
 const NO_LEARNER = "No condition of this study learns, so all behavior is innate.";
 
 /** Return the buttons that switch between the comparison and this map. */
@@ -56,7 +56,18 @@ export class InnateMap {
     this.element.append(
       this.answer,
       this.plot,
-      el("div", {}, this.createControls(names), el("p", { class: "soft" }, MEASURED)),
+      el(
+        "div",
+        { class: "innate-side" },
+        this.createControls(names),
+        el("p", {}, READING),
+        el(
+          "details",
+          { class: "soft", "data-testid": "innate-method" },
+          el("summary", {}, "Method"),
+          el("p", {}, METHOD),
+        ),
+      ),
     );
     this.show();
   }

@@ -12,6 +12,7 @@ import {
   formatCsv,
   listCurveRows,
 } from "../core/downloads.js";
+import { Hint } from "../core/hints.js";
 import { combineCurves, groupConditions } from "./results_factors.js";
 import { hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
@@ -57,7 +58,14 @@ export class ResultsCurves {
     this.isDestroyed = false;
     const plots = view.panels.map(() => el("div"));
     this.downloads = el("div", { class: "row" }, ...this.createDownloads());
-    root.append(el("div", { class: "results-panels" }, ...plots), this.downloads);
+    this.hint = new Hint("curve", () => root.querySelector(".chart-plot"));
+    const [{ conditions: [condition] }] = view.groups;
+    const opensWorld = view.hasSingleConditions && hasWorldView(view, condition);
+    root.append(
+      el("div", { class: "results-panels" }, ...plots),
+      el("div", { hidden: !opensWorld }, this.hint.element),
+      this.downloads,
+    );
     const { results, measure } = view;
     // [panel]
     this.series = view.panels.map(({ groups }) => createMedianSeries(results, measure, groups));
@@ -123,6 +131,7 @@ export class ResultsCurves {
   /** Open the lifetime of a picked curve, or the conditions of a curve that combines several. */
   openPick(/** @type {{x: number, label: string, run?: number}} */ { x, label, run }) {
     const { study, results, by, groups, choose } = this.view;
+    this.hint.dismiss();
     const { conditions } = groups.find((group) => group.label === label);
     if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });
     const [condition] = conditions;

@@ -2,7 +2,6 @@
 
 import { createButton, el, formatNumber } from "../core/common.js";
 import { createDownloadButton, formatCsv } from "../core/downloads.js";
-import { createFreezerButton } from "../world/freezer_button.js";
 import { formatLifetimeAddress, isViewable } from "../core/sources.js";
 
 /**
@@ -100,22 +99,17 @@ class RunTable {
   }
 }
 
-/** Return a cell. The condition is the head of its row, and the run has its own controls. */
+/** Return a cell. The condition is the head of its row, and the run is a link. */
 function createCell(view, row, { key, format }) {
   if (key === "condition") return el("th", { scope: "row" }, row.condition);
-  if (key === "run") return el("td", {}, ...createRunControls(view, row));
+  if (key === "run") return el("td", {}, createRunLink(view, row));
   return el("td", {}, format === "number" ? formatNumber(row[key]) : row[key]);
 }
 
 /** Return the number of a run. It links to the last lifetime, if its model has a world. */
-function createRunControls(view, { condition, run }) {
-  if (!hasWorldView(view, condition)) return [run];
-  const source = findLastLifetime(view, condition, run);
-  const label = `Keep the last generation of ${condition}, run ${run}`;
-  return [
-    el("a", { href: formatLifetimeAddress(source) }, run),
-    createFreezerButton(label, `keep-run-${condition}-${run}`, () => ({ source })),
-  ];
+function createRunLink(view, { condition, run }) {
+  if (!hasWorldView(view, condition)) return run;
+  return el("a", { href: formatLifetimeAddress(findLastLifetime(view, condition, run)) }, run);
 }
 
 function compareValues(first, second) {

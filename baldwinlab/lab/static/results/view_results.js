@@ -133,7 +133,8 @@ class ResultsView {
       return showEmpty(
         this.page,
         "This folder contains no study yet",
-        "Create one with `baldwinlab reproduce`, or save a live run.",
+        "Start a live run and save it, or compare conditions.",
+        el("a", { class: "button primary", href: "#/live" }, "Live run"),
       );
     return showEmpty(
       this.page,

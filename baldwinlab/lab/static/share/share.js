@@ -1,4 +1,4 @@
-/** The share menu: link, replay page, laboratory, picture and movie. */
+/** The share menu: link, replay page, laboratory, picture, movie and freezer. */
 
 import { formatAddress } from "../core/address.js";
 import {
@@ -13,18 +13,26 @@ import {
 import { saveFile } from "../core/downloads.js";
 import { palette } from "../core/palette.js";
 import { createLifetimeQuery } from "../core/sources.js";
+import { openKeepDialog } from "./keep_dialog.js";
 
 const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 // Milliseconds between two requests for the progress of a movie.
 const PROGRESS_INTERVAL = 400;
 // CSS pixels below each world in a picture.
 const CAPTION_HEIGHT = 30;
+const KEEP_NOTE = "in the freezer, for other runs";
+
+/**
+ * @typedef {object} Panel a visible world
+ * @property {import("../core/sources.js").Source} source
+ * @property {HTMLCanvasElement} canvas
+ * @property {number|null} agent the selected agent
+ */
 
 /**
  * Add a button with a menu to `root`.
  * @param {HTMLElement} root
- * @param {() => {panels: {source: import("../core/sources.js").Source, canvas: HTMLCanvasElement}[], step:
- *   number}} getState the visible state
+ * @param {() => {panels: Panel[], step: number}} getState the visible state
  * @returns {{close: () => void}}
  */
 export function mountShare(root, getState) {
@@ -91,7 +99,30 @@ function createEntries(getState) {
       "share-gif",
       createMovieRequest("gif", getState),
     ),
+    ...createKeepEntries(getState()),
   ];
+}
+
+/** Return an entry for each visible population, and one for the selected agent. */
+function createKeepEntries({ panels }) {
+  const createKeep = (title, testid, keep) =>
+    createEntry([el("span", {}, title), el("span", { class: "soft" }, KEEP_NOTE)], testid, keep);
+  const populations = panels.map(({ source }, index) => {
+    const title = panels.length > 1
+      ? `Keep the population of ${source.condition}`
+      : "Keep this population";
+    return createKeep(title, `keep-${"ab"[index]}`, () => openKeepDialog(source));
+  });
+  const agents = panels
+    .filter(({ agent }) => agent !== null)
+    .map(({ source, agent }) =>
+      createKeep(`Keep agent ${agent}`, "keep-agent", () => openKeepDialog(source, agent))
+    );
+  return [...populations, ...agents];
+}
+
+function createEntry(content, testid, act) {
+  return createButton(content, act, { class: "share-entry", "data-testid": testid });
 }
 
 function listSources({ panels }) {
@@ -147,10 +178,7 @@ function createSaveEntry(title, note, testid, make) {
     button.disabled = false;
     hint.textContent = note;
   };
-  const button = createButton([el("span", {}, title), hint], save, {
-    class: "share-entry",
-    "data-testid": testid,
-  });
+  const button = createEntry([el("span", {}, title), hint], testid, save);
   return button;
 }
 

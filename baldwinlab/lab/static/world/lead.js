@@ -9,8 +9,9 @@ export class Lead {
   /**
    * @param {import("../core/guide.js").Guide} guide
    * @param {(generation: number) => void} watch shows a generation
+   * @param {import("../core/hints.js").Hint|null} [hint] about the worlds
    */
-  constructor(guide, watch) {
+  constructor(guide, watch, hint = null) {
     this.watch = watch;
     this.question = el("strong", { "data-testid": "question" });
     this.note = el("span", { class: "soft", role: "status", "data-testid": "lead-note" });
@@ -20,6 +21,7 @@ export class Lead {
       this.question,
       this.note,
       guide.createDefinitionLink(),
+      hint?.element ?? null,
     );
   }
 
@@ -33,19 +35,9 @@ export class Lead {
   }
 
   /** Start playback just before the first meal, so that something happens at once. */
-  startBefore(firstMeal, player, prefix = "") {
+  startBefore(firstMeal, player) {
     const step = Math.floor(firstMeal - LEAD_TIME * player.pace);
-    if (!(step > 0 && step < Infinity)) return;
-    player.seek(step);
-    this.note.replaceChildren(
-      el(
-        "span",
-        { class: "lead-start" },
-        `${prefix}Starts at step ${formatNumber(step)}`,
-        el("span", { class: "wide" }, ", just before the first meal"),
-        ".",
-      ),
-    );
+    if (step > 0 && step < Infinity) player.seek(step);
   }
 
   /** Say what happened in complete lifetimes, and what to watch next. */

@@ -1,12 +1,12 @@
 /** The World tab of models without a world: alleles and views of each generation of a run. */
 
-import { createQuery, el, showMessage } from "../core/common.js";
+import { createButton, createMenu, createQuery, el, showMessage } from "../core/common.js";
 import { handleKey, listTimeActions } from "./time_bar.js";
 import { findNearestLifetime, formatLifetimeTitle } from "../core/sources.js";
 import { CURVE, VIEWS } from "../core/guide.js";
-import { createFreezerButton } from "./freezer_button.js";
 import { GenerationPlayer, LifetimeSelector, setOptions } from "./lifetime_selector.js";
 import { ModelDisplay } from "./model_display.js";
+import { openKeepDialog } from "../share/keep_dialog.js";
 
 const ALLELES = "alleles";
 
@@ -33,14 +33,11 @@ class ModelPanel extends LifetimeSelector {
     this.viewList = createList("View", "view-a");
     this.agents = createList("Agent", "agent-a");
     this.lists.run.closest("label").after(this.viewList, this.agents);
-    const freezerButton = createFreezerButton(
-      "Keep this population",
-      "keep-a",
-      () => ({ source: this.source }),
-    );
-    // A narrow window has no space for it.
-    freezerButton?.classList.add("wide");
-    if (freezerButton) this.pickers.append(freezerButton);
+    const keepButton = createButton("Keep this population", () => openKeepDialog(this.source), {
+      class: "quiet",
+      "data-testid": "keep-a",
+    });
+    this.pickers.append(createMenu("Save", [keepButton], "saves-population"));
     this.display = new ModelDisplay((header) => this.formatTitle(header), callbacks.moved);
     this.root = el(
       "section",

@@ -91,7 +91,7 @@ export class WorldGroup {
   /** Return the state for the share menu. */
   describeShared() {
     return {
-      panels: this.maps.map(({ source, canvas }) => ({ source, canvas })),
+      panels: this.maps.map(({ source, canvas, agent }) => ({ source, canvas, agent })),
       step: Math.floor(this.player.time),
     };
   }

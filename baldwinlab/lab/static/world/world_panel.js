@@ -2,7 +2,6 @@
 
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { el } from "../core/common.js";
-import { createFreezerButton } from "./freezer_button.js";
 import { openLifetime } from "./lifetimes.js";
 import { WorldMap } from "./world_map.js";
 import { createZoomButtons } from "./gestures.js";
@@ -20,16 +19,7 @@ export class WorldPanel extends LifetimeSelector {
     const { note, stage, frames } = this.map;
     this.pickers.append(note);
     stage.append(
-      el(
-        "div",
-        { class: "zoom-tools" },
-        createZoomButtons(this.map, ["closer", "farther"]),
-        createFreezerButton(
-          "Keep this population",
-          `keep-${name}`,
-          () => ({ source: this.source }),
-        ),
-      ),
+      el("div", { class: "zoom-tools" }, createZoomButtons(this.map, ["closer", "farther"])),
     );
     this.root = el(
       "section",

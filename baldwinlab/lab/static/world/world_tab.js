@@ -2,6 +2,7 @@
 
 import { createQuery, el, showMessage } from "../core/common.js";
 import { GenerationPlayer } from "./lifetime_selector.js";
+import { Hint } from "../core/hints.js";
 import { handleWorldKey, WorldControls } from "./world_controls.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
@@ -41,7 +42,8 @@ export class WorldTab extends WorldGroup {
       changed: (isPlaying) => this.setPlaying(isPlaying),
     });
     this.player.ended = () => this.showEnd();
-    this.lead = new Lead(guide, (generation) => this.replay(generation));
+    this.hint = new Hint("agent", () => this.maps[0].canvas);
+    this.lead = new Lead(guide, (generation) => this.replay(generation), this.hint);
     this.controls = new WorldControls(this.bar, {
       set: (change) => this.set(change),
       toggleComparison: () => this.toggleComparison(),
@@ -153,8 +155,10 @@ export class WorldTab extends WorldGroup {
     if (isOpen && !wasOpen) this.opener = /** @type {HTMLElement} */ (document.activeElement);
     for (const other of this.maps) if (other !== map) other.select(null);
     super.selectAgent(map, agent);
-    if (isOpen) this.inspector.root.focus();
-    else if (wasOpen)
+    if (isOpen) {
+      this.hint.dismiss();
+      this.inspector.root.focus();
+    } else if (wasOpen)
       (this.opener?.checkVisibility() ? this.opener : this.maps[0].canvas).focus();
   }
 
