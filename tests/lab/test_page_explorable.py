@@ -191,7 +191,7 @@ def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
 
 def test_in_landscape_text_and_picture_share_the_screen(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, 844, 390) as page:
-        for step in ("agent", "puzzle", "landscape"):
+        for step in (step["id"] for step in STRINGS["steps"]):
             page.locator(f"#{step}").evaluate("section => section.scrollIntoView()")
             words = read_box(page.locator(f"#{step} .words"))
             picture = read_box(page.locator(f"#{step} .picture"))
@@ -259,11 +259,20 @@ def test_without_scripts_the_texts_are_readable(browser: Browser, essay: Path) -
             expect(page.locator(f"#{step['id']} .notice")).to_be_visible()
 
 
+# Return the size of the smallest text, in CSS pixels.
+SMALLEST_TEXT = """() => {
+  const elements = [...document.querySelectorAll("main *")].filter(({ childNodes }) =>
+    [...childNodes].some(node => node.nodeType === Node.TEXT_NODE && node.data.trim()));
+  return Math.min(...elements.map(element => parseFloat(getComputedStyle(element).fontSize)));
+}"""
+
+
 @pytest.mark.parametrize("width", [320, 390, 768, 1280, 1920, 3840])
 def test_the_page_fits_its_window(browser: Browser, essay: Path, width: int) -> None:
     with open_essay(browser, essay, width, reduced_motion="reduce") as page:
         expect(page.locator('#foragers [data-value="learning"]')).not_to_have_text("…")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate(SMALLEST_TEXT) >= 11
         canvas = read_box(page.locator("#agent canvas"))
         assert canvas["width"] >= 0.4 * min(width, 1920) - 30
 
