@@ -390,6 +390,20 @@ def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
         expect(page.locator("#yours")).to_contain_text(STRINGS["editor"]["damaged"])
 
 
+def test_a_run_with_learning_is_compared_with_one_without(page: Page) -> None:
+    """The earlier run stays as a pale line with its name."""
+    section = show(page, "yours")
+    end = section.get_by_role("button", name=STRINGS["labels"]["end"])
+    for learns in (True, False):
+        section.get_by_label(STRINGS["editor"]["learning"]).set_checked(learns)
+        section.get_by_role("button", name=STRINGS["editor"]["run"]).click()
+        end.click()
+        expect(section.locator(".play")).to_have_text(STRINGS["labels"]["restart"])
+    expect(section.locator(".earlier")).to_have_count(1)
+    names = [STRINGS["figures"][name] for name in ("alone", "learning")]
+    assert sorted(section.locator(".direct-label").all_text_contents()) == names
+
+
 @pytest.mark.parametrize(("host", "is_local"), [("localhost", True), ("baldwin.example", False)])
 def test_a_link_to_this_computer_says_so(
     browser: Browser, essay: Path, host: str, is_local: bool
