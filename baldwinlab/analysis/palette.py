@@ -78,11 +78,13 @@ PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "warm": ("#a63a00", "#ff8a3d"),
     "good": ("#00795a", "#2bc295"),
     "on-orange": ("#201600", "#201600"),
-    # Words and parts of the explorable: set at birth, learned in life, wrong, and never learned.
+    # Words and parts of the explorable: set at birth, learned in life, wrong, never learned, and
+    # poison.
     "innate": (BLUE, SKY),
     "learned": (PLUM, "#f08ac8"),
     "wrong": ("#a63a00", "#ff8a3d"),
     "control": (GRAY, "#9aa8b6"),
+    "poison": (BROWN, "#c8a57a"),
     "notice": ("#ffe9b3", "#4d3c10"),
 }
 

@@ -34,6 +34,8 @@ def open_essay(
 def show(page: Page, step: str) -> Locator:
     """Scroll to a step and return its section."""
     section = page.locator(f"#{step}")
+    # The pictures are built together, and the page has its final height then.
+    section.locator(".play").wait_for()
     section.locator(".picture").evaluate("element => element.scrollIntoView({block: 'center'})")
     return section
 

@@ -51,6 +51,47 @@ def test_an_agent_moves_and_eats_without_a_click(browser: Browser, essay: Path) 
         expect(page.locator('[data-value="ring_items"]')).not_to_have_text(re.compile("^[…0]$"))
 
 
+SHARE_IN_REGION = """async name => {
+  const { RecordedSource } = await import("lab/explorable/source.js");
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const [left, right, upper, lower] = data.region;
+  const { arrays: { x, y } } = await new RecordedSource(data).loadLife(name);
+  const inside = x.filter((value, index) =>
+    value >= left && value <= right && y[index] >= upper && y[index] <= lower);
+  return inside.length / x.length;
+}"""
+
+
+def test_maps_show_the_part_with_the_agents(page: Page) -> None:
+    """Steps 1 and 2 have the same part of the map, and the reader draws on all of it."""
+    for name in ("learning", "alone"):
+        assert page.evaluate(SHARE_IN_REGION, name) > 0.98
+    _, right, _, lower = explorable.REGION
+    shapes = {"agent": right / lower, "evolution": right / lower, "yours": 1}
+    for step, shape in shapes.items():
+        box = read_box(page.locator(f"#{step} canvas").first)
+        assert box["width"] / box["height"] == pytest.approx(shape, rel=0.02)
+    width = explorable.make_scenes()["learning"].world.width
+    expect(page.locator("#agent figcaption")).to_contain_text(f"{width:g} units")
+
+
+COLORS = """names => names.map((name) =>
+  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim())"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_color_has_one_meaning(
+    browser: Browser, essay: Path, scheme: Literal["light", "dark"]
+) -> None:
+    with open_essay(browser, essay, color_scheme=scheme) as page:
+        meanings = [*explorable.MEANINGS[:-1], "good", "poison", "text"]
+        colors = dict(zip(meanings, page.evaluate(COLORS, meanings), strict=True))
+        assert len(set(colors.values())) == len(colors)
+        # Sensed food, agents, walls and poison of the maps.
+        maps = page.evaluate(COLORS, ["lit", "agent", "gray", "vermilion"])
+        assert maps == [colors[name] for name in ("good", "text", "text", "poison")]
+
+
 def test_the_puzzle_shows_its_end_and_keeps_earlier_runs(page: Page) -> None:
     section = show(page, "puzzle")
     button = section.get_by_role("button", name=STRINGS["labels"]["end"])
@@ -150,7 +191,7 @@ def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
 
 def test_in_landscape_text_and_picture_share_the_screen(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, 844, 390) as page:
-        for step in ("agent", "puzzle", "landscape"):
+        for step in (step["id"] for step in STRINGS["steps"]):
             page.locator(f"#{step}").evaluate("section => section.scrollIntoView()")
             words = read_box(page.locator(f"#{step} .words"))
             picture = read_box(page.locator(f"#{step} .picture"))
@@ -218,11 +259,20 @@ def test_without_scripts_the_texts_are_readable(browser: Browser, essay: Path) -
             expect(page.locator(f"#{step['id']} .notice")).to_be_visible()
 
 
+# Return the size of the smallest text, in CSS pixels.
+SMALLEST_TEXT = """() => {
+  const elements = [...document.querySelectorAll("main *")].filter(({ childNodes }) =>
+    [...childNodes].some(node => node.nodeType === Node.TEXT_NODE && node.data.trim()));
+  return Math.min(...elements.map(element => parseFloat(getComputedStyle(element).fontSize)));
+}"""
+
+
 @pytest.mark.parametrize("width", [320, 390, 768, 1280, 1920, 3840])
 def test_the_page_fits_its_window(browser: Browser, essay: Path, width: int) -> None:
     with open_essay(browser, essay, width, reduced_motion="reduce") as page:
         expect(page.locator('#foragers [data-value="learning"]')).not_to_have_text("…")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate(SMALLEST_TEXT) >= 11
         canvas = read_box(page.locator("#agent canvas"))
         assert canvas["width"] >= 0.4 * min(width, 1920) - 30
 
@@ -330,7 +380,7 @@ def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
         button = section.get_by_role("button", name=STRINGS["editor"]["link"])
         button.click()
         # The run goes on, and the reader learns that the address is that of a file.
-        expect(section).to_contain_text(STRINGS["editor"]["copied_file"])
+        expect(section).to_contain_text(STRINGS["editor"]["copied_local"])
         expect(section.locator("figcaption")).to_contain_text("Generation 2")
         fragment = page.evaluate("location.hash")
         command = section.locator("pre").inner_text()
@@ -338,6 +388,77 @@ def test_a_map_is_drawn_run_and_shared(browser: Browser, essay: Path) -> None:
         expect(page.locator("#yours pre")).to_have_text(command)
     with open_essay(browser, essay, fragment="#map=damaged") as page:
         expect(page.locator("#yours")).to_contain_text(STRINGS["editor"]["damaged"])
+
+
+def test_a_run_with_learning_is_compared_with_one_without(page: Page) -> None:
+    """The earlier run stays as a pale line with its name."""
+    section = show(page, "yours")
+    end = section.get_by_role("button", name=STRINGS["labels"]["end"])
+    for learns in (True, False):
+        section.get_by_label(STRINGS["editor"]["learning"]).set_checked(learns)
+        section.get_by_role("button", name=STRINGS["editor"]["run"]).click()
+        end.click()
+        expect(section.locator(".play")).to_have_text(STRINGS["labels"]["restart"])
+    expect(section.locator(".earlier")).to_have_count(1)
+    names = [STRINGS["figures"][name] for name in ("alone", "learning")]
+    assert sorted(section.locator(".direct-label").all_text_contents()) == names
+
+
+@pytest.mark.parametrize(("host", "is_local"), [("localhost", True), ("baldwin.example", False)])
+def test_a_link_to_this_computer_says_so(
+    browser: Browser, essay: Path, host: str, is_local: bool
+) -> None:
+    page = browser.new_page()
+    page.route("**/*", lambda route: route.fulfill(path=essay, content_type="text/html"))
+    page.goto(f"http://{host}/")
+    section = show(page, "yours")
+    section.get_by_role("button", name=STRINGS["editor"]["link"]).click()
+    status = section.locator(".picture [role=status]").first
+    expect(status).to_have_text(re.compile(r"\w"))
+    assert (STRINGS["editor"]["copied_local"] in status.inner_text()) == is_local
+    page.close()
+
+
+COUNT_INPUTS = """async settings => {
+  const { applyMap, adaptProgram, createMapAppearance } =
+    await import("lab/explorable/map_settings.js");
+  const { findProgram } = await import("lab/engine/program_table.js");
+  const { LiveSource } = await import("lab/explorable/source.js");
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const source = new LiveSource(data, document.getElementById("worker").textContent);
+  const { appearance, experiment: scene } = data.scenes.map;
+  const experiment = applyMap(scene, settings);
+  const program = adaptProgram(findProgram(data.programs, experiment), settings, experiment);
+  const shown = createMapAppearance(appearance, settings);
+  const population = await source.startExperiment(experiment, shown, [0], 3, program);
+  await population.next();
+  const life = await population.recordLife(0, 0);
+  const { x, y } = life.arrays;
+  let active = 0;
+  for (let step = 0; step < life.last; step++)
+    for (let agent = 0; agent < life.agents; agent++) {
+      const index = step * life.agents + agent;
+      if (x[index] > 380 || y[index] > 280) continue;
+      for (let input = 0; input < life.inputs.length; input++)
+        active += life.readInput(step, agent, input);
+    }
+  population.close();
+  return active;
+}"""
+
+
+def test_poison_costs_energy_and_is_not_sensed(page: Page) -> None:
+    """Step 8, with poison between the start and the food. The inputs are those near the poison."""
+    settings = make_own_map() | {
+        "food": [[460, 560, 80, 240]],
+        "wall": [],
+        "poison": [[250, 330, 80, 240]],
+    }
+    eaten, energy = page.evaluate(RUN_MAP, settings)
+    assert 0 < sum(energy) < sum(eaten)
+    assert page.evaluate(COUNT_INPUTS, settings) == 0
+    food = {"food": settings["poison"], "poison": []}
+    assert page.evaluate(COUNT_INPUTS, settings | food) > 0
 
 
 def test_the_keyboard_adds_moves_and_removes_shapes(page: Page) -> None:

@@ -81,6 +81,45 @@ def test_each_question_has_an_answer() -> None:
         assert question["right"] and question["wrong"]
 
 
+LEARNERS = explorable.make_scenes()["learning"]
+NEEDLE = explorable.collect_data(STRINGS)["needle"]["settings"]
+CLIMBERS = explorable.collect_data(STRINGS)["climbers"]
+# Phrases of each step, with the numbers of the settings.
+PHRASES = {
+    "agent": [f"The first of {explorable.RUNS} runs", f"generation {explorable.FIRST_GENERATION}."],
+    "evolution": [f"In {explorable.RUNS} recorded runs"],
+    "puzzle": [
+        f"its {NEEDLE['loci']} switches",
+        f"100 of {NEEDLE['agents']:,} strings",
+    ],
+    "changing": [f"(step 4: {NEEDLE['cost']:g})"],
+    "landscape": [
+        f"{CLIMBERS['settings']['trials']} changes per life",
+        f"stops in generation {CLIMBERS['fork_generation']}",
+        f"{CLIMBERS['landscapes']} worlds",
+        f"{CLIMBERS['settings']['agents']} strings of {CLIMBERS['settings']['bits']} switches",
+    ],
+    "foragers": [f"mean of the {explorable.RUNS} recorded runs"],
+}
+
+
+@pytest.mark.parametrize("name", PHRASES)
+def test_the_numbers_in_the_texts_are_those_of_the_settings(name: str) -> None:
+    (step,) = (step for step in STRINGS["steps"] if step["id"] == name)
+    texts = COLORED.sub(r"\1", " ".join(list_texts(step)))
+    assert [phrase for phrase in PHRASES[name] if phrase not in texts] == []
+
+
+def test_the_texts_about_inheritance_are_true() -> None:
+    """Steps 2, 3 and 5: children inherit what their parents had at birth, mixed and mutated."""
+    for experiment in explorable.make_scenes().values():
+        assert experiment.evolution.inheritance == "darwinian"
+        assert experiment.evolution.variation == "crossover"
+        assert experiment.evolution.selection == "roulette"
+        assert experiment.evolution.fitness == "energy"
+    assert NEEDLE["redrawn_loci"] == 2
+
+
 def test_the_texts_about_evolution_alone_are_true() -> None:
     """Step 2: the mean of 20 runs doubles within ten generations, and then stays."""
     curve = np.mean(RECORDINGS["curves"]["alone"], axis=0)
@@ -91,15 +130,16 @@ def test_the_texts_about_evolution_alone_are_true() -> None:
 
 
 def test_the_ring_marks_an_agent_in_the_middle() -> None:
-    """Step 1: half of the other agents eat more."""
-    run = simulate(
-        explorable.make_scenes()["learning"], seed=explorable.SEED, run=explorable.FIRST_RUN
-    )
+    """Step 1: about half of the agents eat more. The run is the eighth best in its generation."""
+    run = simulate(LEARNERS, seed=explorable.SEED, run=explorable.FIRST_RUN)
     eaten = run.food_eaten.values[explorable.FIRST_GENERATION]
     marked = eaten[RECORDINGS["learner"]["agent"]]
     half = eaten.size / 2
     assert (eaten > marked).sum() <= half and (eaten < marked).sum() <= half
     assert (eaten >= marked).sum() >= half
+    means = np.array(RECORDINGS["curves"]["forked"])[:, explorable.FIRST_GENERATION]
+    assert (means > means[explorable.FIRST_RUN]).sum() == 7
+    assert "(eighth best)" in STRINGS["steps"][0]["shown"]
 
 
 def test_the_texts_about_the_foragers_are_true() -> None:
@@ -123,11 +163,10 @@ def test_the_texts_about_the_foragers_are_true() -> None:
 
 
 def test_foragers_are_born_to_go_ahead_and_learn_to_turn() -> None:
-    learning = explorable.make_scenes()["learning"]
     generation, runs = explorable.FORK_GENERATION - 1, range(5)
-    simulated = simulate_batch(learning, explorable.SEED, runs)
+    simulated = simulate_batch(LEARNERS, explorable.SEED, runs)
     newborns = np.stack([run.genome.values[generation] for run in simulated])
-    death = reevaluate(learning, explorable.SEED, runs, generation, newborns).weights
+    death = reevaluate(LEARNERS, explorable.SEED, runs, generation, newborns).weights
     ahead = [count_ahead(weights) for weights in (newborns[:, :, 0], death)]
     assert ahead[0] > 0.95 and ahead[1] < 0.2
 
@@ -184,9 +223,9 @@ FORK = """async ({ changes, generations, fork }) => {
 
 def test_a_fork_is_that_of_a_schedule(page: Page) -> None:
     changes = {"evolution.generations": 6, "lifetime.steps": 400}
-    experiment = assign(
-        explorable.make_scenes()["learning"], [f"{path}={value}" for path, value in changes.items()]
-    ).replace(schedule=[{"generation": 3, "learning.rate": 0.0}])
+    experiment = assign(LEARNERS, [f"{path}={value}" for path, value in changes.items()]).replace(
+        schedule=[{"generation": 3, "learning.rate": 0.0}]
+    )
     means = page.evaluate(FORK, {"changes": changes, "generations": 6, "fork": 3})
     for run in range(2):
         dataset = simulate(experiment, seed=explorable.SEED, run=run)

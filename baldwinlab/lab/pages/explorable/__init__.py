@@ -56,6 +56,8 @@ EVOLUTION_GENERATIONS: Final = 40
 # The lifetime of the first map: the first run, so that it is not selected by its result.
 FIRST_RUN: Final = 0
 FIRST_GENERATION: Final = 20
+# The shown part of map A: its left, right, upper and lower edge. Agents are in it nearly always.
+REGION: Final = (0, 640, 0, 320)
 # The choices of the reader for the strings that guess. A period of 0: the world never changes.
 NEEDLE_TRIALS: Final = (0, 100, 1000, 10_000)
 NEEDLE_COSTS: Final = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -167,6 +169,7 @@ def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
         "seed": SEED,
         "fork_generation": FORK_GENERATION,
         "evolution_generations": EVOLUTION_GENERATIONS,
+        "region": REGION,
         "first_life": {"run": FIRST_RUN, "generation": FIRST_GENERATION},
         "scenes": {
             name: {

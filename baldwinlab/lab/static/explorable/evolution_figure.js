@@ -16,7 +16,7 @@ export class EvolutionFigure extends Figure {
       return true;
     });
     this.setSpeed(this.speed);
-    this.map = new MapView(this.strings, "", () => this.player.invalidate());
+    this.map = new MapView(this.strings, "", () => this.player.invalidate(), this.region);
     this.generations = this.data.evolution_generations;
     const chart = el("div", { class: "chart" });
     root.append(el("div", { class: "map-and-chart" }, this.map.root, chart), this.bar);
@@ -31,6 +31,11 @@ export class EvolutionFigure extends Figure {
         { name: "alone", label: alone, color: "control" },
       ],
     });
+  }
+
+  /** The shown part of the map. */
+  get region() {
+    return this.data.region;
   }
 
   /** The curve of the run. */

@@ -79,6 +79,8 @@ export class Figure {
   }
 
   toggle() {
+    // The pressed button is in sight, also if more of another picture is.
+    this.isInSight = true;
     if (this.hasEnded) return this.restart();
     this.wantsPlay = !this.wantsPlay;
     this.update();
@@ -94,7 +96,7 @@ export class Figure {
 
   /** Show the end of the run. */
   skip() {
-    this.isSkipping = this.wantsPlay = true;
+    this.isInSight = this.isSkipping = this.wantsPlay = true;
     this.update();
   }
 

@@ -5,7 +5,7 @@ import { formatColor } from "../core/palette.js";
 import { Figure, formatText, wait } from "./figure.js";
 import { TrendChart } from "./trend_chart.js";
 
-// Milliseconds of a recorded generation at normal speed.
+// Milliseconds of a generation at normal speed.
 const INTERVAL = 60;
 // Runs that are simulated live after a change of a dial.
 const LIVE_RUNS = 3;
@@ -25,10 +25,10 @@ export class ForagerFigure extends Figure {
       title: strings.items_title,
       xLabel: strings.x_label,
       xMax: this.generations - 1,
-      yMax: 60,
+      yMax: 80,
       series: [
         { name: "learning", label: strings.learning, color: "learned" },
-        { name: "born", label: strings.off, color: "innate" },
+        { name: "born", label: strings.innate, color: "innate" },
         { name: "alone", label: strings.never, color: "control" },
       ],
     });
@@ -74,9 +74,10 @@ export class ForagerFigure extends Figure {
     const learners = isRecorded ? null : await this.startLearners();
     for (let generation = 0; generation < this.generations; generation++) {
       if (!(await mayContinue())) return learners?.close();
+      const start = performance.now();
       const live = await learners?.next(generation);
       this.addGeneration(generation, runs, live);
-      if (!this.isSkipping && isRecorded) await wait(INTERVAL / this.speed);
+      if (!this.isSkipping) await wait(INTERVAL / this.speed - (performance.now() - start));
     }
     learners?.close();
     this.end();
@@ -124,7 +125,6 @@ export class ForagerFigure extends Figure {
     if (isLearning && !live) this.chart.add("born", average(this.curves.born), generation);
     const control = average(this.curves.alone);
     this.chart.add("alone", control, generation);
-    this.setValue("generation", String(generation));
     if (isLearning) {
       this.setValue("learning", formatNumber(learners));
       this.setValue("alone", formatNumber(control));

@@ -16,7 +16,9 @@ export class AgentFigure extends Figure {
     this.setSpeed(this.speed);
     // The same life again, or a live one after the recorded one.
     this.player.ended = () => this.play();
-    this.map = new MapView(this.strings, "", () => this.player.invalidate());
+    const { strings, data } = this;
+    const invalidate = () => this.player.invalidate();
+    this.map = new MapView(strings, strings.map_part, invalidate, data.region);
     root.append(el("div", { class: "maps" }, this.map.root), this.bar);
     matchMedia("(prefers-color-scheme: dark)").addEventListener(
       "change",

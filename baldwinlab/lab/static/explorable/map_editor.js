@@ -8,7 +8,7 @@ import { createShape, KINDS, MAP_SIZE, MAX_SHAPES } from "./map_settings.js";
 const FIRST_SHAPE = [280, 360, 280, 360];
 const EDGES = ["left", "right", "top", "bottom"];
 const EDGE_STEP = 10;
-const COLORS = { food: "green", wall: "gray", poison: "vermilion" };
+const COLORS = { food: "green", wall: "text", poison: "poison" };
 
 export class MapEditor {
   /**

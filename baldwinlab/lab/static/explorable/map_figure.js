@@ -17,6 +17,7 @@ import {
 } from "./map_settings.js";
 
 const LINK = /^#map=(.+)$/;
+const LOCAL_HOSTS = ["", "localhost", "127.0.0.1", "[::1]"];
 // The upper end of the axis of the chart, in items.
 const MAX_ITEMS = 80;
 
@@ -76,6 +77,11 @@ export class MapFigure extends EvolutionFigure {
     this.showMap();
   }
 
+  /** The reader draws on the complete map. */
+  get region() {
+    return null;
+  }
+
   get curve() {
     return this.settings.learning ? "learning" : "alone";
   }
@@ -121,13 +127,14 @@ export class MapFigure extends EvolutionFigure {
   /** Copy a link. The address changes without an event, so a run goes on. */
   async copyLink() {
     history.replaceState(null, "", `#map=${encodeMap(this.settings)}`);
-    const { copied, copied_file: copiedFile, copy_failed: failed } = this.texts;
-    const isFile = location.protocol === "file:";
+    const { copied, copied_local: copiedLocal, copy_failed: failed } = this.texts;
+    // The address of a file has no host.
+    const isLocal = LOCAL_HOSTS.includes(location.hostname);
     try {
       await navigator.clipboard.writeText(location.href);
-      this.status.textContent = isFile ? copiedFile : copied;
+      this.status.textContent = isLocal ? copiedLocal : copied;
     } catch {
-      this.status.textContent = isFile ? `${failed} ${copiedFile}` : failed;
+      this.status.textContent = isLocal ? `${failed} ${copiedLocal}` : failed;
     }
   }
 

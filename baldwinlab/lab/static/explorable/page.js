@@ -89,9 +89,7 @@ function connectQuestion(question) {
   const { answer, right, wrong } = question.dataset;
   const feedback = question.querySelector(".feedback");
   question.addEventListener("change", ({ target }) => {
-    const isRight = target.value === answer;
-    feedback.textContent = isRight ? right : wrong;
-    feedback.classList.toggle("right", isRight);
+    feedback.textContent = target.value === answer ? right : wrong;
   });
 }
 

@@ -19,6 +19,8 @@ const RECORDED_PAUSE = 60;
  * @property {number} fork_generation
  * @property {number} evolution_generations of a run on a map
  * @property {{run: number, generation: number}} first_life
+ * @property {number[]} region the part of the map with the agents: its left, right, upper and lower
+ *   edge
  * @property {Object<string, {experiment: object, appearance: object}>} scenes
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {{curves: Object<string, number[][]>, lives: Object<string, string>,

@@ -32,7 +32,7 @@ export class TrendChart {
     this.series = series;
     this.svg = createSvg("svg", { role: "img", class: "trend" });
     root.append(el("div", { class: "chart-title" }, this.title), this.svg);
-    // Lists of curves of earlier runs. A curve has its color, and points [x, y].
+    // Lists of curves of earlier runs. A curve has its name, its color, and points [x, y].
     this.earlier = [];
     this.marks = [];
     this.reference = null;
@@ -44,7 +44,8 @@ export class TrendChart {
 
   /** Remove the points of the current run. */
   clear() {
-    this.curves = new Map(this.series.map(({ name, color }) => [name, { color, points: [] }]));
+    const curves = this.series.map(({ name, color }) => ({ name, color, points: [] }));
+    this.curves = new Map(curves.map((curve) => [curve.name, curve]));
     this.marks = [];
   }
 
@@ -165,14 +166,18 @@ export class TrendChart {
     return [createSvg("line", { class: "reference", ...line, stroke: formatColor(color) })];
   }
 
-  /** Draw the names of the curves at their ends, without overlaps. */
+  /**
+   * Draw the names of the curves at their ends, without overlaps. A curve that only an earlier run
+   * has is labeled there.
+   */
   drawLabels() {
-    const labels = this.series
-      .filter(({ name }) => this.curves.get(name).points.length)
-      .map(({ name, label, color }) => {
-        const [x, y] = this.curves.get(name).points.at(-1);
-        return { label, color, x: this.placeX(x), y: this.placeY(y) };
-      });
+    const drawn = [...this.earlier.flat(), ...this.curves.values()];
+    const labels = this.series.flatMap(({ name, label, color }) => {
+      const curve = drawn.findLast((other) => other.name === name && other.points.length);
+      if (!curve) return [];
+      const [x, y] = curve.points.at(-1);
+      return [{ label, color, x: this.placeX(x), y: this.placeY(y) }];
+    });
     if (this.reference) {
       const { text, y, color } = this.reference;
       labels.push({ label: text, color, x: this.right, y: this.placeY(y) });
