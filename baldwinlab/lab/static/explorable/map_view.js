@@ -1,7 +1,7 @@
 /** A map of the essay with a caption. */
 
 import { el, formatNumber, setText } from "../core/common.js";
-import { FONT, palette } from "../core/palette.js";
+import { palette } from "../core/palette.js";
 import { WorldView } from "../world/world_view.js";
 import { formatText } from "./figure.js";
 
@@ -107,7 +107,7 @@ export class MapView {
     const start = view.world.marks.find(({ kind }) => kind === "disc");
     if (!start) return;
     pen.setTransform(pixelRatio, 0, 0, pixelRatio, 0, 0);
-    pen.font = `${LABEL_SIZE}px ${FONT}`;
+    pen.font = `${LABEL_SIZE}px ${palette.font}`;
     pen.fillStyle = palette.soft;
     pen.textAlign = "center";
     pen.textBaseline = "alphabetic";
