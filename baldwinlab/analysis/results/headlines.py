@@ -26,18 +26,19 @@ LEARNERS: Final = ("agents that learn", "agents that do not")
 def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     """Return sentences on the average agent: one per pair of learners, with all of its maps.
 
-    With several pairs, the number of each verdict is first, and the largest decided effects follow.
+    The largest decided effect is first. Without a decision, or with more pairs than sentences, the
+    number of each verdict is before it.
     """
     rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
     groups: dict[tuple[str, str], list[Contrast]] = {}
     for row in rows:
         groups.setdefault(_name_pair(contrasts, row), []).append(row)
-    if len(groups) < 2:
-        return [_describe_pair(contrasts, *names, pair) for names, pair in groups.items()]
-    decided = [(names, pair) for names, pair in groups.items() if any(map(_is_decided, pair))]
-    decided.sort(key=lambda entry: -max(abs(row.numbers.effect) for row in entry[1]))
-    sentences = [_describe_pair(contrasts, *names, pair) for names, pair in decided]
-    return [_count_verdicts(rows), *sentences[:MAX_SENTENCES]]
+    pairs = sorted(groups.items(), key=lambda entry: -_measure_decided(entry[1]))
+    decided = [entry for entry in pairs if any(map(_is_decided, entry[1]))]
+    has_count = len(pairs) > MAX_SENTENCES or (len(pairs) > 1 and not decided)
+    shown = decided[:MAX_SENTENCES] if has_count else pairs
+    sentences = [_describe_pair(contrasts, *names, pair) for names, pair in shown]
+    return [_count_verdicts(rows), *sentences] if has_count else sentences
 
 
 def describe_statistic(contrasts: Contrasts) -> str:
@@ -54,6 +55,11 @@ def describe_statistic(contrasts: Contrasts) -> str:
 
 def _is_decided(row: Contrast) -> bool:
     return row.verdict in (HIGHER, LOWER)
+
+
+def _measure_decided(rows: Sequence[Contrast]) -> float:
+    """Return the largest absolute effect with a decision, or 0."""
+    return max((abs(row.numbers.effect) for row in rows if _is_decided(row)), default=0.0)
 
 
 def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:

@@ -78,16 +78,25 @@ def test_a_map_without_a_decision_follows_those_with_one() -> None:
     )
 
 
-def test_several_conditions_are_counted_first_and_the_largest_effects_follow() -> None:
+def test_many_conditions_are_counted_first_and_the_largest_effects_follow() -> None:
     eaten = {"a": LOW, "b": MIXED, "c": range(50, 58), "d": HIGH, "e": range(8), "f": HIGH}
     count, *sentences = summarize_contrasts(compare(eaten))
     assert count == ("5 conditions compared with a in items eaten: 3 higher, 1 lower, 1 undecided.")
     names = [sentence.split()[2] for sentence in sentences]
     assert names == ["d", "f", "c"]
-    pair = dict.fromkeys(("evo/A", "b/A", "evo/B", "b/B"), LOW) | {"c/A": HIGH}
-    assert summarize_contrasts(compare(pair))[0] == (
-        "3 conditions compared with the first on their map in items eaten: 1 higher, 2 undecided."
+    undecided = dict.fromkeys("abc", LOW)
+    assert summarize_contrasts(compare(undecided)) == [
+        "2 conditions compared with a in items eaten: 2 undecided."
+    ]
+
+
+def test_a_few_pairs_have_one_sentence_each_and_the_largest_effect_is_first() -> None:
+    eaten = dict.fromkeys(("evo/A", "b/A", "evo/B", "b/B"), LOW) | {"c/A": HIGH}
+    effect, undecided = summarize_contrasts(compare(eaten))
+    assert re.fullmatch(
+        f"Agents of c eat 90.0 more items than agents of evo on map A{INTERVAL}\\.", effect
     )
+    assert undecided.startswith("It is undecided whether agents of b and agents of evo differ")
 
 
 def test_a_point_of_a_sweep_is_named_by_its_settings() -> None:

@@ -6,7 +6,7 @@ const TONES = { higher: "good", lower: "warm" };
 
 /**
  * @typedef {object} Comparison as `record_contrasts` returns it
- * @property {string[]} summary sentences, the first about all conditions
+ * @property {string[]} summary sentences, the most important one first
  * @property {string} statistic what the numbers of the sentences are
  * @property {string} pairing
  * @property {string} too_few a sentence, or ""
@@ -31,12 +31,13 @@ export function formatAnswer(comparison) {
  */
 export function createComparisonTable(comparison, isOpen) {
   if (!comparison?.rows.length) return "";
-  const { statistic, pairing, method, too_few: tooFew, headings, rows } = comparison;
+  const { summary, statistic, pairing, method, too_few: tooFew, headings, rows } = comparison;
   return createFold(
     "comparison",
     "Comparison",
     isOpen,
     tooFew && el("p", {}, tooFew),
+    ...summary.slice(1).map((sentence) => el("p", {}, sentence)),
     el("p", { class: "soft" }, statistic),
     createTable("Comparison of conditions", headings, rows),
     createDetails(
