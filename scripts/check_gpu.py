@@ -31,6 +31,7 @@ import numpy as np
 from numba import cuda as numba_cuda
 
 from baldwinlab import papers, run
+from baldwinlab.engine.gpu import SIMULATED
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda
@@ -247,8 +248,9 @@ def main(sizes: Sizes = FULL) -> int:
     if problem := cuda.unavailable_reason():
         print(problem)
         return 1
-    device = getattr(numba_cuda.get_current_device(), "name", "the simulator of a GPU")
-    name = device.decode() if isinstance(device, bytes) else device
+    # Without numba-cuda, the simulator of Numba has no devices.
+    name = "the simulator of a GPU" if SIMULATED else numba_cuda.get_current_device().name
+    name = name.decode() if isinstance(name, bytes) else name
     print(f"{name}; {os.cpu_count()} cores; numba {numba.__version__}, numpy {np.__version__}")
     has_succeeded = []
     for step, seconds in zip(STEPS, sizes.limits, strict=True):

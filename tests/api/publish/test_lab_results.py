@@ -13,7 +13,6 @@ import baldwinlab as bl
 from baldwinlab.analysis.results.table import HEADINGS, TEST_HEADINGS
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish.lab_results import compute_results, record_runs
-from baldwinlab.core import console
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import make_small_study
@@ -41,7 +40,7 @@ def test_all_outputs_have_the_same_rows_columns_and_sentences(
 ) -> None:
     assert callable(make_study)
     study: bl.Study = make_study(tmp_path / "it")
-    monkeypatch.setattr(console.console, "width", 200)
+    monkeypatch.setenv("COLUMNS", "200")
     capsys.readouterr()
     page = html.unescape(study.report().read_text("utf-8"))
     terminal = capsys.readouterr().out
