@@ -26,6 +26,9 @@ from hypothesis.internal.constants_ast import Constants
 
 # The package reads this variable when it is imported. Subprocesses of tests inherit it.
 os.environ.setdefault("BALDWINLAB_POISON", "1")
+# Rich keeps the size that these variables have when the package is imported.
+os.environ.pop("COLUMNS", None)
+os.environ.pop("LINES", None)
 
 from baldwinlab.experiment import registry
 from tests.commands import Command, Outcome
