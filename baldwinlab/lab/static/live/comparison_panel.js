@@ -89,6 +89,7 @@ export class ComparePanel {
 
   /** Show the answer and the curves of the stored runs, and the table, as in Results. */
   async showResult() {
+    this.answer.textContent = "Comparing the runs …";
     const query = new URLSearchParams({ study: this.name });
     const results = await getJSON(`api/results?${query}`, this.aborted.signal);
     const { comparison } = results;
