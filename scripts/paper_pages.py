@@ -14,6 +14,7 @@ from typing import Final
 
 from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
+from baldwinlab.analysis.estimands.questions import LOG_RATIO
 from baldwinlab.analysis.gallery.decisions import Decision
 from baldwinlab.analysis.gallery.summary import describe_terms, format_effect
 from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
@@ -87,16 +88,10 @@ def describe_traits(
     """Yield a line with the trait of each question that depends on the model."""
     for question in ("selection-by-learning", "assimilation", "savings"):
         if question in shown:
-            traits = dict.fromkeys(
-                answers[question].estimate.trait
-                for answers in by_system.values()
-                if answers[question].measurement
-            )
-            units = {
-                answers[question].estimate.unit
-                for answers in by_system.values()
-                if answers[question].measurement
-            } - {"log ratio"}
+            decisions = [answers[question] for answers in by_system.values()]
+            estimates = [decision.estimate for decision in decisions if decision.measurement]
+            traits = dict.fromkeys(estimate.trait for estimate in estimates)
+            units = {estimate.unit for estimate in estimates} - {LOG_RATIO}
             unit = "".join(f", in {name}" for name in units)
             yield f"- Trait of `{question}`: {', '.join(traits)}{unit}."
 

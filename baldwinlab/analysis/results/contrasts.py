@@ -13,7 +13,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
-from baldwinlab.experiment.conditions import Factors, read_factors
+from baldwinlab.experiment.conditions import Factors
 
 COMPARED_MEASURES = ("mean", "best")
 COMPARISON_COLUMNS = (
@@ -102,11 +102,6 @@ def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
     values = {measure: fitness.final(dataset, measure, last) for measure in COMPARED_MEASURES}
     attributes = {"outcome": fitness.outcome(dataset)}
     return xr.Dataset(values, attrs=attributes).reset_coords(drop=True)
-
-
-def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a dataset: `find_references` explains the baseline."""
-    return compare_final_values(final_values(dataset, last), read_factors(dataset), last, baseline)
 
 
 def compare_final_values(

@@ -80,15 +80,12 @@ def _describe_pair(
         subject, other = LEARNERS
     else:
         subject, other = _name_agents(learner), _name_agents(reference)
-    places = {
-        row.condition: f" on map {contrasts.factors[row.condition].map}"
-        if learner != row.condition
-        else ""
-        for row in rows
-    }
 
     def locate(row: Contrast) -> str:
-        return f"{places[row.condition]}{_format_interval(row)}"
+        # Without a common map, `learner` is the name of the condition.
+        has_map = learner != row.condition
+        place = f" on map {contrasts.factors[row.condition].map}" if has_map else ""
+        return f"{place}{_format_interval(row)}"
 
     clauses = []
     if decided := [row for row in rows if _is_decided(row)]:

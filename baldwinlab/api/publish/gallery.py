@@ -90,14 +90,15 @@ def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], li
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", times=_tabulate_times(entries))
     claims = render("gallery/claims.html", claims=_tabulate_claims(entries))
+    # The answer to the first question is the lead. The first section has the other answers.
+    count, *conclusions = conclude(decisions)
+    lead, note = (conclusions[0], count) if conclusions else (count, "")
+    answers = _render_answers(entries, decisions, conclusions[1:], figures, last)
     sections = [
-        Section("answers", "Answers by system", _render_answers(entries, decisions, figures, last)),
+        Section("answers", "Answers by system", answers),
         Section("clocks", "Time to half of the final fitness", clocks),
         Section("claims", "Claims of the papers", claims),
     ]
-    # The answer to the first question is the lead. The first section has the other answers.
-    count, *answers = conclude(decisions)
-    lead, note = (answers[0], count) if answers else (count, "")
     write_page(TITLE, lead, sections, out, figures, note)
     return entries, decisions
 
@@ -127,7 +128,11 @@ def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def _render_answers(
-    entries: Sequence[Entry], decisions: Sequence[Decision], folder: Path, last: int
+    entries: Sequence[Entry],
+    decisions: Sequence[Decision],
+    conclusions: Sequence[str],
+    folder: Path,
+    last: int,
 ) -> str:
     summaries = summarize_questions(decisions)
     figures = []
@@ -138,7 +143,7 @@ def _render_answers(
         figures=figures,
         verdicts=tabulate_verdicts(summaries),
         answers={summary.title: tabulate_measurements(summary) for summary in summaries},
-        conclusions=list(conclude(decisions))[2:],
+        conclusions=conclusions,
         reasons=_group_reasons(decisions),
         titles=TITLES,
         notes=list(_list_notes(entries, decisions)),

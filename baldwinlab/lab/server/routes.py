@@ -215,7 +215,7 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
         page = downloads.link_lifetimes(path.read_text("utf-8"), name.rpartition("/")[0] or ".")
         return Response(page, headers=headers, media_type="text/html")
     if path.suffix in (".pdf", ".csv"):
-        # A browser shows no PDF file in a sandbox.
+        # A browser shows no PDF file in a sandbox, and a table is for other programs.
         return FileResponse(path, headers=headers, filename=path.name)
     return FileResponse(path, headers=headers)
 

@@ -27,7 +27,6 @@ from baldwinlab.analysis.report.setup import (
 )
 from baldwinlab.analysis.report.study import compose_headline, draw_report, write_report
 from baldwinlab.analysis.report.tables import describe_comparison, describe_finding
-from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.numbers import format_number, format_p_value
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import from_toml
@@ -35,7 +34,7 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.report.browsing import errors_and_width
-from tests.analysis.results.studies import AS_THE_PAPER, study, trace
+from tests.analysis.results.studies import AS_THE_PAPER, compare_conditions, study, trace
 from tests.axe import find_violations
 
 PAPER = papers.load()

@@ -21,10 +21,9 @@ from baldwinlab.analysis.report.tables import (
     tabulate_findings,
     tabulate_tests,
 )
-from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.table import NUMBER_HEADINGS, format_comparison
 from baldwinlab.analysis.statistics.comparisons import compare, compare_paired, compare_pairs
-from tests.analysis.results.studies import AS_THE_PAPER, study
+from tests.analysis.results.studies import AS_THE_PAPER, compare_conditions, study
 
 
 def write(table: Table) -> str:

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.experiment.conditions import Factors, factor_coordinates
+from baldwinlab.experiment.conditions import Factors, factor_coordinates, read_factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.claims import Claim
@@ -130,3 +131,8 @@ def species_trace(sizes: Mapping[str, int], steps: int = 40) -> xr.Dataset:
 def count_items(single: xr.Dataset) -> int:
     kinds = json.loads(single.attrs["appearance"])["item_kinds"]
     return sum(kind["number"] for kind in kinds)
+
+
+def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
+    """Compare the conditions of a dataset: `find_references` explains the baseline."""
+    return compare_final_values(final_values(dataset, last), read_factors(dataset), last, baseline)

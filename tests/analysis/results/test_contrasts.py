@@ -9,13 +9,12 @@ import pytest
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.results.contrasts import (
     COMPARISON_COLUMNS,
-    compare_conditions,
     find_references,
     planned_tests,
 )
 from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.experiment.conditions import Factors
-from tests.analysis.results.studies import study
+from tests.analysis.results.studies import compare_conditions, study
 
 HIGH = range(100, 108)
 LOW = range(10, 18)

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.results.contrasts import Contrasts, compare_conditions
+from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
-from tests.analysis.results.studies import study
+from tests.analysis.results.studies import compare_conditions, study
 
 HIGH = range(100, 108)
 LOW = range(10, 18)

@@ -6,7 +6,6 @@ import re
 
 import pytest
 
-from baldwinlab.analysis.results.contrasts import compare_conditions
 from baldwinlab.analysis.results.table import (
     HEADINGS,
     TEST_HEADINGS,
@@ -14,7 +13,7 @@ from baldwinlab.analysis.results.table import (
     describe_method,
     list_cells,
 )
-from tests.analysis.results.studies import study
+from tests.analysis.results.studies import compare_conditions, study
 
 HIGH = range(100, 108)
 LOW = range(10, 18)

@@ -1,4 +1,4 @@
-/** Evolution: each generation lives on a map, and a curve grows. */
+/** Evolution: a map plays a lifetime of each generation, and a curve grows. */
 
 import { el, formatNumber } from "../core/common.js";
 import { createPlayer, Figure, formatText } from "./figure.js";
