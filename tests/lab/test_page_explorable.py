@@ -236,6 +236,15 @@ def test_reduced_motion_shows_still_pictures_with_a_play_button(
         )
 
 
+def test_a_run_goes_to_its_end_out_of_sight(page: Page) -> None:
+    section = show(page, "puzzle")
+    section.get_by_role("button", name=STRINGS["labels"]["end"]).evaluate(
+        "button => { button.click(); scrollTo(0, 0); }"
+    )
+    expect(section.locator(".play")).to_have_text("Start again")
+    assert read_value(section, "generation") == explorable.PUZZLE_GENERATIONS - 1
+
+
 def test_without_webassembly_the_page_shows_recorded_runs(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, script="delete globalThis.WebAssembly") as page:
         expect(page.get_by_text(STRINGS["page"]["no_engine"])).to_be_visible()

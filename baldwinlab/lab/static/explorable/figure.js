@@ -65,7 +65,8 @@ export class Figure {
   }
 
   get isPlaying() {
-    return this.wantsPlay && this.isInSight && !document.hidden;
+    // A run goes to its end also if more of another picture is in sight.
+    return this.wantsPlay && (this.isInSight || this.isSkipping) && !document.hidden;
   }
 
   /** Play or pause, as the page scrolls. */
@@ -96,7 +97,7 @@ export class Figure {
 
   /** Show the end of the run. */
   skip() {
-    this.isInSight = this.isSkipping = this.wantsPlay = true;
+    this.isSkipping = this.wantsPlay = true;
     this.update();
   }
 
