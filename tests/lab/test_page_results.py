@@ -111,6 +111,19 @@ def test_the_point_of_a_run_opens_its_last_generation(page: Page, lab_server: La
     expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))
 
 
+def test_a_point_keeps_the_focus_when_the_width_of_its_chart_changes(page: Page) -> None:
+    page.set_viewport_size({"width": 1000, "height": 700})
+    open_results(page)
+    open_section(page, "finals")
+    boxes = page.get_by_test_id("final-best")
+    points = boxes.locator("a.chart-point")
+    points.nth(3).focus()
+    width = boxes.locator("svg").get_attribute("width")
+    page.set_viewport_size({"width": 600, "height": 700})
+    expect(boxes.locator("svg")).not_to_have_attribute("width", width or "")
+    expect(points.nth(3)).to_be_focused()
+
+
 def test_the_address_contains_the_selected_measure_and_conditions(page: Page) -> None:
     open_results(page)
     page.get_by_test_id("measure-share").click()

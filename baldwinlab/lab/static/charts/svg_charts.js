@@ -48,10 +48,17 @@ export function drawBoxChart(root, options) {
   const { title, groups } = options;
   const plot = el("div", { class: "chart-plot" });
   root.replaceChildren(el("div", { class: "chart-title" }, title), plot);
-  const draw = () =>
+  let width = null;
+  const draw = () => {
+    if (root.clientWidth === width) return;
+    width = root.clientWidth;
+    // A new drawing would take the focus away from a point.
+    const focused = [...plot.querySelectorAll("a")].indexOf(document.activeElement);
     plot.replaceChildren(
-      drawBoxPlot(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
+      drawBoxPlot(title, groups, Math.max(width, 160), options.height ?? 260),
     );
+    plot.querySelectorAll("a")[focused]?.focus();
+  };
   draw();
   const sizeObserver = new ResizeObserver(draw);
   sizeObserver.observe(root);
