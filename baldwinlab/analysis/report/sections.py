@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import palette, typeface
@@ -73,7 +73,7 @@ def render(template: str, **values: Any) -> str:
     """Fill a template of the package.
 
     `template`: path below the package, for example ``report/page.html``. The template may use
-    `TEMPLATE_FILTERS` and the macros of ``report/macros.html``.
+    `TEMPLATE_FILTERS` and the macros of ``report/macros.html``. HTML is escaped, Markdown is not.
     """
     return _make_environment().get_template(template).render(**values)
 
@@ -83,7 +83,7 @@ def render(template: str, **values: Any) -> str:
 def _make_environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("baldwinlab.analysis", ""),
-        autoescape=True,
+        autoescape=select_autoescape(["html"]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from scipy import stats
 
 from baldwinlab._version import __version__
@@ -40,7 +38,6 @@ from baldwinlab.analysis.atlas.tables import (
     list_cells,
     tabulate,
 )
-from baldwinlab.analysis.report.content import count_verdicts
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
     Section,
@@ -48,10 +45,14 @@ from baldwinlab.analysis.report.sections import (
     save_and_inline,
     write_page,
 )
-from baldwinlab.analysis.report.tables import Table, add_detail, badge
 from baldwinlab.analysis.results.numbers import to_csv
 from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
 from baldwinlab.api.cells import read_digests
+from baldwinlab.api.publish.registered_claims import (
+    describe_claims,
+    record_claim,
+    tabulate_claims,
+)
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically, write_json
@@ -174,7 +175,7 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
             for result in results.maps
         ),
     ]
-    lead = QUICK_REASON if request.is_quick else " ".join(describe_claims(results.claims))
+    lead = QUICK_REASON if request.is_quick else describe_claims(results.claims)
     write_page(results.design.title, lead, sections, folder / PAGE_FILE, figures)
     console.info(f"{folder / PAGE_FILE}", has_address=True)
     return results
@@ -184,26 +185,6 @@ def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
     """Return the outcomes with attributes as text, which netCDF can store."""
     attributes = {name: str(value) for name, value in outcomes.attrs.items()}
     return outcomes.assign_attrs(attributes)
-
-
-def record_claim(result: AtlasClaimResult) -> dict[str, Any]:
-    """Return the result of a claim for a JSON file."""
-    claim, evaluation = result
-    return {
-        "id": claim.id,
-        "claim": claim.claim,
-        "rule": claim.complete_rule,
-        "remarks": claim.remarks,
-        "registered_verdict": claim.registered_verdict,
-        "near_theorem": claim.near_theorem,
-        **evaluation._asdict(),
-    }
-
-
-def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
-    """Return the number of claims by verdict, such as ["Of 3 claims, 2 hold, 1 is undecided."]."""
-    verdicts = [evaluation.verdict for _, evaluation in claims]
-    return [f"Of {len(claims)} claims, {count_verdicts(verdicts)}."] if claims else []
 
 
 def _render_laws(results: AtlasResults, figures: Path) -> str:
@@ -251,18 +232,6 @@ def _render_claims(results: AtlasResults) -> str:
     )
 
 
-def tabulate_claims(label: str, results: Sequence[AtlasClaimResult]) -> Table:
-    """Return the table of claims with their verdicts. `label`: name for screen readers."""
-    rows = []
-    for claim, evaluation in results:
-        name = Markup("<strong>{}.</strong> {}").format(claim.id, claim.claim)
-        heading = add_detail(name, f"{claim.complete_rule} {claim.remarks}")
-        cells = [badge(evaluation.verdict), evaluation.numbers, evaluation.runs]
-        rows.append((heading, [cells]))
-    columns = {"Claim": "", "Verdict": "plain", "Numbers": "", "Runs": "plain"}
-    return Table(label, columns, rows, "claims")
-
-
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
     atlas_map = result.planned.atlas_map
     outcome = choose_outcome(result.outcomes)
@@ -308,21 +277,15 @@ def write_article(results: AtlasResults, directory: Path) -> Path:
 
 def render_article(results: AtlasResults) -> str:
     """Return the article as Markdown."""
-    environment = Environment(
-        loader=PackageLoader("baldwinlab.analysis", ""),
-        autoescape=False,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     runs = next(iter(results.maps[0].cells.values()))["run"].values.tolist()
     maps = [_describe_map(result) for result in results.maps]
-    return environment.get_template("atlas/article.md").render(
+    return render(
+        "atlas/article.md",
         design=results.design,
         maps=maps,
         n_cells=sum(entry["n_cells"] for entry in maps),
         n_claims=len(results.claims),
-        verdicts=" ".join(describe_claims(results.claims)),
+        verdicts=describe_claims(results.claims),
         results=results.claims,
         runs=len(runs),
         first_run=runs[0],

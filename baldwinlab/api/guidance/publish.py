@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import xarray as xr
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult
@@ -35,9 +34,13 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import tabulate
 from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
-from baldwinlab.api.atlas.publish import describe_claims, record_claim, tabulate_claims
 from baldwinlab.api.cells import read_digests
 from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
+from baldwinlab.api.publish.registered_claims import (
+    describe_claims,
+    record_claim,
+    tabulate_claims,
+)
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.guidance_design import DESIGN_FILE, GuidanceDesign, GuidanceGroup
@@ -78,7 +81,7 @@ class GuidanceResults:
     @property
     def summary(self) -> str:
         """Sentences with the verdicts, or the note of the quick form."""
-        return " ".join(describe_claims(self.predictions)) or QUICK_NOTE
+        return describe_claims(self.predictions) or QUICK_NOTE
 
     def find_group(self, name: str) -> GuidanceGroup:
         """Return the design of a group."""
@@ -240,14 +243,8 @@ def _format_effect(cells: xr.Dataset, name: str, arm: str, start: str, horizon: 
 
 def render_article(results: GuidanceResults) -> str:
     """Return the article as Markdown."""
-    environment = Environment(
-        loader=PackageLoader("baldwinlab.analysis", ""),
-        autoescape=False,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("guidance/article.md").render(
+    return render(
+        "guidance/article.md",
         design=results.design,
         summary=results.summary,
         results=results.predictions,
