@@ -17,7 +17,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, RefusedError
 from baldwinlab.core.file_writing import require_writable_path, write_atomically
 from baldwinlab.core.files import is_study
-from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, require_whole_number
+from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, format_count, require_whole_number
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
@@ -118,7 +118,7 @@ def _run_missing(
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
         study.remove_abandoned_files()
-        console.info(f"{study.location}: all {request.total_runs:,} runs are already stored")
+        console.info(f"{study.location}: {format_count(request.total_runs, 'run')} stored, none to do")
         return study
     _announce_runs(study, missing, request)
     # There is at least one task for each worker if there are as many runs.
@@ -214,7 +214,8 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
         has_shared_threads=can_share_threads(execution.executor, execution.backend),
     )
     need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
-    require_resources(f"{request.total_runs:,} runs", need, request.directory, force=force)
+    runs = format_count(request.total_runs, "run")
+    require_resources(runs, need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable_record(experiment)
 

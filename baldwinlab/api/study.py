@@ -23,7 +23,7 @@ from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local, parse_location
-from baldwinlab.core.numbers import check_numbers
+from baldwinlab.core.numbers import check_numbers, format_count
 from baldwinlab.studies.assays.catalog import load_assays, not_applicable_reasons
 from baldwinlab.studies.assays.results import (
     find_missing_assays,
@@ -357,7 +357,7 @@ class Study(StudyRuns):
     def __repr__(self) -> str:
         """Return the directory, the seed, the conditions with their runs, and the stored assays."""
         lines = [
-            f"  {condition}: {_format_run_count(len(self.runs(condition)))}"
+            f"  {condition}: {format_count(len(self.runs(condition)), 'run')}"
             for condition in self.conditions[:MAX_LISTED_CONDITIONS]
         ]
         n_unlisted = len(self.conditions) - MAX_LISTED_CONDITIONS
@@ -375,10 +375,6 @@ class Study(StudyRuns):
     def _repr_html_(self) -> str:
         """Return the text of the study and the curves of its first conditions, for notebooks."""
         return _render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
-
-
-def _format_run_count(n_runs: int) -> str:
-    return "1 run" if n_runs == 1 else f"{n_runs:,} runs"
 
 
 def open_study(directory: str | Path) -> Study:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from baldwinlab.api.freezer import freeze as write_genome_file
 from baldwinlab.cli.options import OVERWRITE_FORCE, Json, Parts, load_parts
 from baldwinlab.core import console
+from baldwinlab.core.numbers import format_count
 
 
 def freeze(
@@ -46,6 +47,6 @@ def freeze(
     if json:
         console.print_json(frozen._asdict() | {"path": str(frozen.path)})
         return
-    agents = "1 agent" if frozen.n_agents == 1 else f"{frozen.n_agents} agents"
-    runs = "1 run" if frozen.n_runs == 1 else f"{frozen.n_runs} runs"
+    agents = format_count(frozen.n_agents, "agent")
+    runs = format_count(frozen.n_runs, "run")
     console.info(f"{frozen.path}: {agents} of {runs}")

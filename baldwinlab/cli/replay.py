@@ -18,6 +18,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import REPLAY_MARK, require_writable
+from baldwinlab.core.numbers import format_count
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import trace_variables
 from baldwinlab.experiment import Experiment
@@ -126,7 +127,8 @@ def replay(
         )
     _write_trace(trace, experiment, out)
     console.info(
-        f"{out}: {experiment.lifetime.steps} steps, {trace.sizes['agent']} agents, "
+        f"{out}: {experiment.lifetime.steps} steps, "
+        f"{format_count(trace.sizes['agent'], 'agent')}, "
         f"{int(trace.eaten.sum())} {trace.eaten.attrs['units']} eaten"
     )
 

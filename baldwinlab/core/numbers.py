@@ -29,6 +29,12 @@ _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
 
 
+def format_count(number: int | str, noun: str) -> str:
+    """Return a number or a range with its noun, such as "1 run", "1,000 runs" or "8 to 20 runs"."""
+    text = number if isinstance(number, str) else f"{number:,}"
+    return f"{text} {noun}" if text == "1" else f"{text} {noun}s"
+
+
 def require_whole_number(name: str, value: Any, last: int | None = None) -> int:
     """Check an integer, for example an integer of NumPy, and return it as an int.
 

@@ -167,7 +167,7 @@ def test_reproduce_writes_claims_statistics_figures_and_a_report(
     assert suffixes == {".svg", ".pdf", ".png", ".csv"}
     assert "<html" in (tmp_path / "small/report.html").read_text()
     repeated = command("reproduce", *SHORT_PAPER, "--out", "small")
-    assert "all 12 runs are already stored" in repeated.out
+    assert "12 runs stored, none to do" in repeated.out
     # The report is written once because all assays are stored.
     assert repeated.out.count("report: ") == 1
 

@@ -117,7 +117,7 @@ def test_the_same_content_is_the_same_study(
     words = [word.replace("worth.txt", str(copy)) for word in RUN]
     outcome = command(*words, "--runs", "1")
     assert (outcome.code, outcome.err) == (0, "")
-    assert "all 1 runs are already stored" in outcome.out
+    assert "1 run stored, none to do" in outcome.out
 
 
 @pytest.mark.usefixtures("in_plain_python")

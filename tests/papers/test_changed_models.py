@@ -92,7 +92,7 @@ def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
         assert "in a changed model" in output
         assert NOTE in " ".join(output.split())
     repeated = command("reproduce", paper, *SET_OPTIONS)
-    assert "all 4 runs are already stored" in repeated.out
+    assert "4 runs stored, none to do" in repeated.out
     refused = command("reproduce", paper, "--out", str(study))
     assert refused.code == 2
     assert "hinton_nowlan.loci of guessing is 4, not 5" in refused.err

@@ -240,4 +240,4 @@ def test_a_read_only_study_is_refused_before_the_simulation(
 def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
     result = run_as_user(folder, [*RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"])
     assert (result.returncode, result.stderr) == (0, "")
-    assert "runs are already stored" in result.stdout
+    assert "stored, none to do" in result.stdout

@@ -33,6 +33,7 @@ from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.numbers import format_count
 from baldwinlab.experiment.outcome import name_outcome_of
 from baldwinlab.papers import Paper
 
@@ -110,7 +111,7 @@ def _describe_conditions(report: ReportData) -> list[str]:
     outcome = name_outcome_of(fitness.outcome(report.data), "average agent")
     return [
         f"In the last {report.last} generations, the median of {outcome} is "
-        f"{format_number(float(values.median()))} in {values.size} runs of {name}.",
+        f"{format_number(float(values.median()))} in {format_count(values.size, 'run')} of {name}.",
         f"The runs are between {low} and {high}.",
     ]
 

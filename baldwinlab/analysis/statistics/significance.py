@@ -25,6 +25,7 @@ from scipy import stats
 from baldwinlab.analysis.statistics.bootstrap import Sample
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.rank_tests import holm
+from baldwinlab.core.numbers import format_count
 
 SIGNIFICANCE_LEVEL: Final = 0.05
 # With fewer runs, the 95 % interval of a median has a smaller coverage, as the sign test shows.
@@ -107,7 +108,7 @@ def describe_too_few(
     affected_note = ""
     if not is_impossible.all():
         affected_note = f"{is_impossible.sum()} of these tests cannot be significant. "
-    sizes_note = f"With {_format_count(runs, 'run')} and {_format_count(len(tests), 'test')}"
+    sizes_note = f"With {format_count(runs, 'run')} and {format_count(len(tests), 'test')}"
     needed = required_runs(tests, correct)
     note = (
         f"{affected_note}{sizes_note}, the smallest corrected p-value is {smallest_p:.2g}. "
@@ -121,10 +122,6 @@ def _is_impossible(
 ) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return whether each test cannot be significant, [test]."""
     return smallest_corrected_p(tests, correct) >= SIGNIFICANCE_LEVEL
-
-
-def _format_count(number: object, noun: str) -> str:
-    return f"{number} {noun}{'' if str(number) == '1' else 's'}"
 
 
 def sign_test_runs(differences: Sample, level: float) -> int | None:

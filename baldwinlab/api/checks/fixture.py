@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from baldwinlab.core.numbers import format_count
 from baldwinlab.engine.rng import SELECTION_STREAM, Stream
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, assign, validate
@@ -252,7 +253,7 @@ def make_cases(group: PartGroup) -> Iterator[Case]:
         for agents in POPULATION_SIZES:
             with suppress(ExperimentError):
                 experiment = group.experiment.replace(population={"size": agents})
-                yield Case(_format_agents(agents), experiment)
+                yield Case(format_count(agents, "agent"), experiment)
         return
     for settings in CASE_SETTINGS:
         with suppress(ExperimentError):
@@ -292,12 +293,7 @@ def _add_items(experiment: Any) -> Any:
 
 
 def _describe(experiment: Any, has_items: bool) -> str:
-    n_modules = len(experiment.modules)
-    genomes = "genomes of 1 module" if n_modules == 1 else f"genomes of {n_modules} modules"
+    modules = format_count(len(experiment.modules), "module")
     items = ", items of a world feature" if has_items else ""
-    agents = _format_agents(experiment.population.size)
-    return f"{agents}, {experiment.lifetime.update} update, {genomes}{items}"
-
-
-def _format_agents(agents: int) -> str:
-    return "1 agent" if agents == 1 else f"{agents} agents"
+    agents = format_count(experiment.population.size, "agent")
+    return f"{agents}, {experiment.lifetime.update} update, genomes of {modules}{items}"

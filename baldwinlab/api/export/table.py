@@ -24,6 +24,7 @@ from baldwinlab.api.export.formats import ExportFormat, require_library
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.files import EXPORT_MARK, require_writable
+from baldwinlab.core.numbers import format_count
 from baldwinlab.core.records import without_genomes
 from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
 from baldwinlab.experiment.conditions import SWEEP, factor_coordinates
@@ -297,7 +298,7 @@ def write_csv(study: StudyStore, path: Path, *, force: bool = False) -> str:
             rows.to_csv(file, index=False, header=False, lineterminator="\n")
     metadata = json.dumps(_describe_table(table, path), indent=1, ensure_ascii=False)
     write_atomically(metadata_path, f"{metadata}\n".encode())
-    return f"{path}: {table.n_runs:,} runs"
+    return f"{path}: {format_count(table.n_runs, 'run')}"
 
 
 def _describe_table(table: StudyTable, path: Path) -> dict[str, Any]:
@@ -344,7 +345,7 @@ def write_parquet(study: StudyStore, path: Path, *, force: bool = False) -> str:
     ):
         for rows in table.arrow_tables():
             writer.write_table(rows)
-    return f"{path}: {table.n_runs:,} runs"
+    return f"{path}: {format_count(table.n_runs, 'run')}"
 
 
 PARQUET: Final = ExportFormat(

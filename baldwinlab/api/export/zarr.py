@@ -15,6 +15,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.files import EXPORT_MARK, enclosing_study
+from baldwinlab.core.numbers import format_count
 from baldwinlab.core.resources import require_resources
 from baldwinlab.core.variables import PER_AGENT_DIMS
 from baldwinlab.experiment.conditions import SWEEP
@@ -60,7 +61,8 @@ def write_zarr(study: StudyStore, path: Path, *, force: bool = False) -> str:
             _write_variable(group, data[name], conditions)
             # This releases the values of the variable, which were read for the chunks.
             data = data.drop_vars(name)
-    return f"{path}: {sum(len(study.runs(name)) for name in study.experiments):,} runs"
+    n_runs = sum(len(study.runs(name)) for name in study.experiments)
+    return f"{path}: {format_count(n_runs, 'run')}"
 
 
 def _require_new(path: Path) -> None:

@@ -41,6 +41,7 @@ from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.core.files import REPORT_MARK, require_writable
+from baldwinlab.core.numbers import format_count
 from baldwinlab.papers.claims import EXPLORATORY, KINDS
 
 GALLERY_FILE: Final = "gallery.html"
@@ -233,7 +234,7 @@ def _tabulate_claims(entries: Sequence[Entry]) -> Table:
             rows.append([kind, *counts, Markup("; ").join(others)])
         if rows:
             year = str(entry.paper.metadata.year)
-            groups.append((add_detail(entry.name, year, f"{entry.runs} runs"), rows))
+            groups.append((add_detail(entry.name, year, format_count(entry.runs, "run")), rows))
     columns: dict[str, str] = {"Paper": "", "Kind": ""} | dict.fromkeys(verdicts, "right")
     columns["Claims that do not hold or are undecided"] = ""
     return Table("Claims of the papers", columns, groups)

@@ -19,6 +19,7 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import section
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.numbers import format_count
 from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.open import open_sample
@@ -81,7 +82,7 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str], measure: str)
     title = study.directory.resolve().name
     return drawn._replace(
         name=f"{title}-{name}-{runs.replace(' ', '-')}-runs",
-        caption=f"{title}, {runs} runs per condition. {drawn.caption}",
+        caption=f"{title}, {format_count(runs, 'run')} per condition. {drawn.caption}",
         table=[{**row, "runs": runs} for row in drawn.table],
     )
 
