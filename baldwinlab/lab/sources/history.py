@@ -10,6 +10,7 @@ import numpy.typing as npt
 from baldwinlab.lab import Lab, Query, read_number
 from baldwinlab.lab.sources import life_query, studies
 from baldwinlab.lab.sources.life_query import Life
+from baldwinlab.simulation.replay import require_simulated
 from baldwinlab.studies.assays.descent import (
     Parents,
     list_ancestors,
@@ -92,13 +93,15 @@ def trace_ancestor_line(
 def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     """Return the parents [generation, agent, 2] and the eaten items [generation, agent] of a run.
 
-    Both contain at least the generations up to that of `life`.
+    Both contain at least the generations up to that of `life`. Raises `RefusedError` if a stored
+    run stopped before this generation.
     """
     experiment = life.experiment
     _, run, generation = life.key
     if "study" in query:
         study = studies.find_study(lab, query["study"])
         record = study.read(experiment.name, run, genomes=False)
+        require_simulated(experiment, run, generation, record.sizes["generation"])
         return record.parents.values, record.food_eaten.values
     if "live" in query:
         history = lab.live.find_run(query["live"]).find_history(run, generation)

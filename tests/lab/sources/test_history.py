@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from baldwinlab.lab.sources.history import MAX_AGENTS_PER_GENERATION, MAX_DEPTH,
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import CLIENT, SMALL, LabServer, get_json
-from tests.small_studies import shorten_preset
+from tests.lab.client import CLIENT, SMALL, LabServer, get_json, get_response
+from tests.small_studies import make_small_study, shorten_preset
 
 CONDITION = "evo+self-taught/A"
 RUN = {"study": "small", "condition": CONDITION, "run": 1}
@@ -63,6 +64,22 @@ def test_the_ancestors_are_the_fitter_parents_back_to_the_first_generation(
             lab_server.address, "ancestors", **SMALL | {"generation": generation}, agent=agent
         )
         assert response == compute_ancestors(record, generation, agent)
+
+
+def test_a_generation_after_the_end_of_a_stopped_run_is_refused(lab_server: LabServer) -> None:
+    stopped = shorten_preset().replace(
+        name="stopped", evolution={"stop": "target-fitness", "target_fitness": {"target": 0}}
+    )
+    study = make_small_study(lab_server.root / "stopped", [stopped], runs=1)
+    query = {"study": "stopped", "condition": "stopped", "run": 0, "agent": 0}
+    for path in ("ancestors", "lineage"):
+        get_json(lab_server.address, path, **query, generation=0)
+        response = get_response(lab_server.address, path, **query, generation=1)
+        assert (response.status_code, response.json()["error"]) == (
+            400,
+            "generation = 1: run 0 of stopped has the generations 0 to 0",
+        )
+    shutil.rmtree(study.directory)
 
 
 def test_an_agent_without_inheritance_has_no_ancestors(lab_server: LabServer) -> None:
