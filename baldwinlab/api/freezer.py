@@ -140,7 +140,7 @@ def encode_population(population: StoredPopulation, agent: int | None = None) ->
     """Return the bytes of a genome file with genomes at birth. `agent`: None for all agents."""
     study, condition, generation, run = population
     experiment = study.experiment(condition)
-    study.require_runs()
+    study.require_runs(condition)
     runs = study.runs(condition) if run is None else [run]
     agents = None if agent is None else [agent]
     genomes = [

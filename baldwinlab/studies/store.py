@@ -182,11 +182,14 @@ class StudyStore:
         """Verify a file of records, and return the lengths of the runs. Raises as `record`."""
         return read_lengths(file, self.experiment(condition), self.seed)
 
-    def require_runs(self) -> None:
-        """Raise StudyError if no run is stored yet."""
-        if not any(self.files(condition) for condition in self.experiments):
+    def require_runs(self, condition: str | None = None) -> None:
+        """Raise StudyError if no run is stored yet, of a condition or of any."""
+        conditions = self.experiments if condition is None else [condition]
+        if not any(self.files(name) for name in conditions):
+            of_condition = "" if condition is None else f" of {condition}"
             raise StudyError(
-                f"{self.location} holds no finished run yet; the command that made it carries on"
+                f"{self.location} holds no finished run{of_condition} yet; the command that made "
+                "it carries on"
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:

@@ -88,6 +88,15 @@ def test_a_bad_request_to_freeze_is_refused_before_anything_is_written(
     assert [path.name for path in tmp_path.iterdir()] == ["other.nc"]
 
 
+def test_a_condition_without_runs_cannot_be_frozen(tmp_path: Path) -> None:
+    names = ("evo/A", "self-taught/A")
+    study = make_small_study(tmp_path / "study", [shorten_preset(name) for name in names])
+    for file in study.files("self-taught/A"):
+        file.path.unlink()
+    with pytest.raises(BaldwinLabError, match="holds no finished run of self-taught/A yet"):
+        bl.freeze(f"{study.directory}:self-taught/A@1", out=tmp_path / "a.nc")
+
+
 def test_the_command_freeze_prints_the_numbers_of_agents_and_overwrites_only_its_files(
     command: Command, source: StudyStore, tmp_path: Path
 ) -> None:
