@@ -53,7 +53,8 @@ export function drawBoxChart(root, options) {
     if (root.clientWidth === width) return;
     width = root.clientWidth;
     // A new drawing would take the focus away from a point.
-    const focused = [...plot.querySelectorAll("a")].indexOf(document.activeElement);
+    const focused = [...plot.querySelectorAll("a")]
+      .findIndex((point) => point === document.activeElement);
     plot.replaceChildren(
       drawBoxPlot(title, groups, Math.max(width, 160), options.height ?? 260),
     );
