@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.curves import draw_legend, draw_line
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled, wrap_label
 from baldwinlab.analysis.report.content import (
     describe_final_medians,
@@ -54,7 +55,7 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
         draw_line(by_generation, runs["generation"], runs["mean"], condition.style)
         total = runs["evaluations"].where(runs["mean"].notnull())
         draw_line(by_evaluation, total, runs["mean"], condition.style)
-    by_evaluation.set_xscale("log")
+    use_log_scale(by_evaluation)
     by_generation.set(
         xlabel="generation",
         ylabel=wrap_label(name_outcome_of(fitness.outcome(dataset), "average agent")),

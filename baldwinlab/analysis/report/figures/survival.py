@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.curves import draw_legend, draw_line
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
@@ -47,10 +48,10 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
         share_alive[times == float(lifetimes.max())] = np.nan
         draw_line(axes, [start, *times], [1.0, *share_alive], condition.style, is_stepped=True)
     axes.set(
-        xscale="log",
         ylim=(-0.025, 1.025),
         xlabel=str(dataset["energy"].attrs.get("long_name", "time")),
         ylabel="share of runs that survive",
     )
+    use_log_scale(axes)
     draw_legend(figure, {condition.name: condition.style for condition in conditions})
     return figure
