@@ -227,12 +227,14 @@ def _find_left(axes: Axes) -> float:
 
 
 def _find_right(figure: Figure, row: Sequence[Axes]) -> float:
-    """Return the right end of a row of panels, including a color bar on the right."""
+    """Return the right end of a row of panels, including labels or a color bar on the right."""
     width, _ = figure.get_size_inches() * POINTS_PER_INCH
     end = locate_panel(row[-1]).right
+    scale = POINTS_PER_INCH / figure.dpi
+    labels = [scale * text.get_window_extent().x1 for text in row[-1].texts]
     color_bars = [axes for axes in figure.axes if axes.get_label() == COLOR_BAR]
     has_color_bar = any(locate_panel(axes).left >= end for axes in color_bars)
-    return float(width if has_color_bar else min(width, end + RIGHT_MARGIN))
+    return float(width if has_color_bar else min(width, max([end + RIGHT_MARGIN, *labels])))
 
 
 def _estimate_label(axes: Axes) -> tuple[float, float]:
