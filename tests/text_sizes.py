@@ -14,15 +14,22 @@ FIND_SMALL_TEXTS: Final = """async (limit) => {
   const isShown = (element) =>
     element.checkVisibility({ visibilityProperty: true }) &&
     !element.closest("script, style, .visually-hidden");
+  const measure = ({ a, b }) => Math.hypot(a, b);
+  // The scale of a text in a drawing, such as of an exponent in a group of smaller text.
+  const measureInside = (text, definition) => {
+    let scale = 1;
+    for (let group = text; group !== definition; group = group.parentElement) {
+      const transform = group.transform?.baseVal.consolidate();
+      if (transform) scale *= measure(transform.matrix);
+    }
+    return scale;
+  };
   const measureScales = (text) => {
     const definition = text.closest("defs");
-    const users = definition
-      ? [...definition.parentElement.querySelectorAll(":scope > svg use")]
-      : [text];
-    return users.filter(isShown).map((element) => {
-      const { a, b } = element.getScreenCTM();
-      return Math.hypot(a, b);
-    });
+    if (!definition) return [measure(text.getScreenCTM())];
+    const users = [...definition.parentElement.querySelectorAll(":scope > svg use")];
+    const inside = measureInside(text, definition);
+    return users.filter(isShown).map((user) => inside * measure(user.getScreenCTM()));
   };
   const small = [];
   const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);

@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayFigure,
     QuantityValues,
 )
-from baldwinlab.analysis.assays.panels import draw_legend_of_learners, draw_medians, style_learners
+from baldwinlab.analysis.assays.panels import draw_medians, label_learners, style_learners
 from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
@@ -46,12 +46,13 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
         conditions_on_map = [name for name in stored if factors[name].map == map_name]
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
             for name in conditions_on_map:
-                draw_medians(axes, stored[name][measure], styles[factors[name].learner])
+                learner = factors[name].learner
+                draw_medians(axes, stored[name][measure], styles[learner], learner)
             axes.set_title(f"Map {map_name}" if map_name else "")
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)
-    draw_legend_of_learners(figure, styles, stored)
+    label_learners(figure, styles, stored)
     return figure
 
 

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.values import Stored, read_factors
-from baldwinlab.analysis.figures.curves import draw_curve, draw_legend, make_blocks
+from baldwinlab.analysis.figures.curves import draw_curve, make_blocks
+from baldwinlab.analysis.figures.line_labels import label_lines
 from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, choose_style
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.intervals import interval_of_median
@@ -48,9 +49,7 @@ def style_learners(stored: Stored) -> dict[str, SeriesStyle]:
     }
 
 
-def draw_legend_of_learners(
-    figure: Figure, styles: Mapping[str, SeriesStyle], stored: Stored
-) -> None:
-    """Draw a legend of the learners of some conditions."""
+def label_learners(figure: Figure, styles: Mapping[str, SeriesStyle], stored: Stored) -> None:
+    """Label the lines of the learners of some conditions."""
     learners = {read_factors(data).learner for data in stored.values()}
-    draw_legend(figure, {name: style for name, style in styles.items() if name in learners})
+    label_lines(figure, {name: style for name, style in styles.items() if name in learners})

@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayFigure,
     QuantityValues,
 )
-from baldwinlab.analysis.assays.panels import draw_legend_of_learners, draw_medians, style_learners
+from baldwinlab.analysis.assays.panels import draw_medians, label_learners, style_learners
 from baldwinlab.analysis.assays.reaction_panels import UNCHANGED_SETTING, make_reaction_panels
 from baldwinlab.analysis.assays.values import Stored, compute_share, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
@@ -53,7 +53,8 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     for panel in panels:
         axes = grid[fields.index(panel.field), maps.index(panel.map)]
         for name, fitness in panel.norms.items():
-            draw_medians(axes, fitness, styles[factors[name].learner], dim="position")
+            learner = factors[name].learner
+            draw_medians(axes, fitness, styles[learner], learner, "position")
         n_positions = len(panel.values)
         axes.set_xticks(range(n_positions), panel.labels)
         axes.set(xlim=(-0.4, max(n_positions, 1) - 0.6), xlabel=panel.name)
@@ -63,7 +64,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     for axes, map_name in zip(grid[0], maps, strict=True):
         title = f"Evolved on map {map_name}" if map_name else ""
         axes.set_title(title)
-    draw_legend_of_learners(figure, styles, stored)
+    label_learners(figure, styles, stored)
     return figure
 
 

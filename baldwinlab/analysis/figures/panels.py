@@ -109,14 +109,14 @@ def _group_rows(figure: Figure) -> list[list[Axes]]:
     panels = [axes for axes in figure.axes if axes.get_label() != COLOR_BAR]
     rows: list[list[Axes]] = []
     for axes in sorted(panels, key=lambda axes: -axes.get_position().y1):
-        if rows and abs(_locate(rows[-1][0]).top - _locate(axes).top) < ROW_TOLERANCE:
+        if rows and abs(locate_panel(rows[-1][0]).top - locate_panel(axes).top) < ROW_TOLERANCE:
             rows[-1].append(axes)
         else:
             rows.append([axes])
     return [sorted(row, key=lambda axes: axes.get_position().x0) for row in rows]
 
 
-def _locate(axes: Axes) -> Box:
+def locate_panel(axes: Axes) -> Box:
     """Return the rectangle of a panel between its axes, without labels."""
     figure = axes.figure
     assert isinstance(figure, Figure)
@@ -161,7 +161,7 @@ def _name(axes: Axes) -> str:
 
 def _find_labels_left(axes: Axes, left: float, top: float) -> Piece:
     """Return the labels of a vertical axis, without the ticks and the labels below the axis."""
-    box = _locate(axes)
+    box = locate_panel(axes)
     return Piece(_name(axes), Box(left, top, box.left - GAP, box.bottom + GAP), 0, 0)
 
 
@@ -171,8 +171,8 @@ def _find_labels_below(
     """Return the labels of the lowest panel in the column of a panel."""
     lowest = [row[-1] for row in rows]
     for row in rows:
-        lowest += [panel for panel in row if _locate(panel).left == _locate(axes).left]
-    return Piece(_name(lowest[-1]), Box(left, _locate(lowest[-1]).bottom, right, bottom), 0, 0)
+        lowest += [panel for panel in row if locate_panel(panel).left == locate_panel(axes).left]
+    return Piece(_name(lowest[-1]), Box(left, locate_panel(lowest[-1]).bottom, right, bottom), 0, 0)
 
 
 def _add_shared_labels(panel: Piece, axes: Axes, left: Piece, below: Piece) -> list[Piece]:
@@ -212,13 +212,13 @@ def _find_top(axes: Axes) -> float:
     title = axes.get_title(loc="left") or axes.get_title()
     lines = title.count("\n") + 1 if title else 0
     size = float(axes.title.get_fontsize())
-    return _locate(axes).top - GAP - lines * LINE_HEIGHT * size
+    return locate_panel(axes).top - GAP - lines * LINE_HEIGHT * size
 
 
 def _find_left(axes: Axes) -> float:
     """Return the left end of the labels of the vertical axis."""
     if not (axes.axison and axes.yaxis.get_visible()):
-        return max(0.0, _locate(axes).left - GAP)
+        return max(0.0, locate_panel(axes).left - GAP)
     label = axes.yaxis.label
     # The position of the label follows from the drawn tick labels, in points.
     position = float(label.get_position()[0])
@@ -227,18 +227,20 @@ def _find_left(axes: Axes) -> float:
 
 
 def _find_right(figure: Figure, row: Sequence[Axes]) -> float:
-    """Return the right end of a row of panels, including a color bar on the right."""
+    """Return the right end of a row of panels, including labels or a color bar on the right."""
     width, _ = figure.get_size_inches() * POINTS_PER_INCH
-    end = _locate(row[-1]).right
+    end = locate_panel(row[-1]).right
+    scale = POINTS_PER_INCH / figure.dpi
+    labels = [scale * text.get_window_extent().x1 for text in row[-1].texts]
     color_bars = [axes for axes in figure.axes if axes.get_label() == COLOR_BAR]
-    has_color_bar = any(_locate(axes).left >= end for axes in color_bars)
-    return float(width if has_color_bar else min(width, end + RIGHT_MARGIN))
+    has_color_bar = any(locate_panel(axes).left >= end for axes in color_bars)
+    return float(width if has_color_bar else min(width, max([end + RIGHT_MARGIN, *labels])))
 
 
 def _estimate_label(axes: Axes) -> tuple[float, float]:
     """Estimate the left and the right end of the label below a panel."""
     label = axes.xaxis.label
-    box = _locate(axes)
+    box = locate_panel(axes)
     center = (box.left + box.right) / 2
     half_width = len(label.get_text()) * LETTER_WIDTH * float(label.get_fontsize()) / 2
     return center - half_width, center + half_width

@@ -20,7 +20,7 @@ from baldwinlab.experiment.outcome import ITEMS
 SUMMARY_MEASURE: Final = "mean"
 # Largest number of pairs of learners with a sentence of their own.
 MAX_SENTENCES: Final = 3
-LEARNERS: Final = ("agents that learn", "agents that do not")
+LEARNERS: Final = ("agents that learn", "agents that do not learn")
 
 
 def summarize_contrasts(contrasts: Contrasts) -> list[str]:
@@ -39,6 +39,19 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     shown = decided[:MAX_SENTENCES] if has_count else pairs
     sentences = [_describe_pair(contrasts, *names, pair) for names, pair in shown]
     return [_count_verdicts(rows), *sentences] if has_count else sentences
+
+
+def name_learners(contrasts: Contrasts) -> dict[str, str]:
+    """Return both learners of a study in words, by name; {} if they do not differ in learning.
+
+    For example {"evo+self-taught": "agents that learn", "evo": "agents that do not learn"}.
+    """
+    pairs = {_name_pair(contrasts, row): row for row in contrasts.rows}
+    for pair, row in pairs.items():
+        learns = [contrasts.learns.get(name) for name in (row.condition, row.reference)]
+        if len(pairs) == 1 and learns == [True, False]:
+            return dict(zip(pair, LEARNERS, strict=True))
+    return {}
 
 
 def describe_statistic(contrasts: Contrasts) -> str:
@@ -74,12 +87,10 @@ def _describe_pair(
     contrasts: Contrasts, learner: str, reference: str, rows: Sequence[Contrast]
 ) -> str:
     """Return the verdicts on two learners on all of their maps, as one sentence."""
-    is_only_pair = len({_name_pair(contrasts, row) for row in contrasts.rows}) == 1
-    learns = [contrasts.learns.get(name) for name in (rows[0].condition, rows[0].reference)]
-    if is_only_pair and learns == [True, False]:
-        subject, other = LEARNERS
-    else:
-        subject, other = _name_agents(learner), _name_agents(reference)
+    subject, other = _name_agents(learner), _name_agents(reference)
+    if names := name_learners(contrasts):
+        # A sentence does not repeat the verb: "agents that learn eat more than agents that do not".
+        subject, other = names[learner], names[reference].removesuffix(" learn")
 
     def locate(row: Contrast) -> str:
         # Without a common map, `learner` is the name of the condition.

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, FIGURE_WIDTH, GRAY, ORANGE, styled
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
@@ -56,7 +57,6 @@ AXIS_HEIGHT: Final = 0.75
 POINT_SIZE: Final = 2.0
 # Values up to this number of items are on a linear scale, and larger ones on a logarithmic scale.
 LINEAR_LIMIT: Final = 1.0
-TICKS: Final = (-1000, -100, -10, 0, 10, 100, 1000)
 N_COLUMNS: Final = 2
 
 
@@ -317,13 +317,10 @@ def _choose_color(learner: str, noise_controls: Sequence[str]) -> str:
 
 def _scale_items(axes: Axes, values: Sample) -> None:
     """Set a scale that is linear up to one item, and logarithmic for up to hundreds of items."""
-    axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
     # A margin keeps points off the frame.
     low = min(1.5 * float(values.min()), -0.2)
     axes.set_xlim(low, max(1.5 * float(values.max()), 10))
-    ticks = [tick for tick in TICKS if axes.get_xlim()[0] <= tick <= axes.get_xlim()[1]]
-    axes.set_xticks(ticks, [f"{tick}".replace("-", "−") for tick in ticks])
-    axes.minorticks_off()
+    use_log_scale(axes, LINEAR_LIMIT)
     axes.set_xlabel("items on unseen maps")
 
 

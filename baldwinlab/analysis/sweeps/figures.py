@@ -12,10 +12,11 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_cells, draw_estimates
 from baldwinlab.analysis.figures.curves import find_top
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled, wrap_label
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import analysis
@@ -117,13 +118,11 @@ def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) ->
 def _scale_axis(axes: Axes, values: npt.NDArray[np.float64]) -> None:
     scale = choose_axis_scale(values)
     if scale == "symlog":
-        axes.set_xscale("symlog", linthresh=float(values[values > 0].min()))
+        use_log_scale(axes, float(values[values > 0].min()))
     elif scale == "log":
-        axes.set_xscale("log")
+        use_log_scale(axes)
     elif np.issubdtype(values.dtype, np.integer):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
-    if scale != "linear":
-        axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _locate_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:

@@ -144,6 +144,8 @@ def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
     figure, _ = render(name)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= TEXT_SIZE
+    # The exponents of mathematical text are smaller.
+    assert not any("$" in text.get_text() for text in texts)
     assert figure.get_size_inches()[0] <= 7.2
 
 

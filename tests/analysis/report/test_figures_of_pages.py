@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from baldwinlab.analysis import palette
+from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations
 from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
@@ -25,10 +26,15 @@ from tests.text_sizes import find_small_texts, has_bundled_font
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write a page with a figure of four panels, and a figure of cells."""
+    """Write a page with a figure of four panels, a figure of cells, and a logarithmic axis."""
     folder = tmp_path_factory.mktemp("page")
     heat_map = draw_heat_maps(compute_finals(grid()), "learning.rate", "world.food.0.count")
-    figures = {"fitness": draw_fitness_curves(study(AS_THE_PAPER)), "cells": heat_map}
+    used = study({"guessing": [1, 2]}).assign(used=lambda data: 1000 * data["energy"])
+    figures = {
+        "fitness": draw_fitness_curves(study(AS_THE_PAPER)),
+        "cells": heat_map,
+        "clocks": draw_fitness_by_evaluations(used, "used"),
+    }
     sections = [
         Section(name, "A figure", render("atlas/laws.html", figure=save_and_inline(drawn, folder)))
         for name, figure in figures.items()
@@ -53,6 +59,19 @@ def test_no_text_of_a_page_is_too_small_on_a_screen(
         expect(opened.locator("#figure-fitness .image > svg > svg:visible")).to_have_class(
             layouts[width]
         )
+
+
+@pytest.mark.parametrize(
+    "small",
+    ['<tspan style="font: 6.3px sans-serif">3</tspan>', '<tspan font-size="6.3">3</tspan>'],
+)
+def test_the_measurement_finds_small_parts_of_texts(browser: Browser, small: str) -> None:
+    texts = f'<text>10{small}</text><g transform="translate(9 9) scale(0.7)"><text>4</text></g>'
+    drawing = f'<svg><defs><g id="drawing" font-size="11">{texts}</g></defs>'
+    with browser.new_context() as context:
+        opened = context.new_page()
+        opened.set_content(f'{drawing}<svg><use href="#drawing"/></svg></svg>')
+        assert find_small_texts(opened) == ["6.3 px: 3", "7.7 px: 4"]
 
 
 def test_a_figure_of_a_dark_page_is_dark(browser: Browser, page: Path) -> None:

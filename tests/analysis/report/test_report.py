@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report.content import format_timing, read_experiment_texts, title_worlds
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
 from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
+from baldwinlab.analysis.report.figures.fitness import draw_measures
 from baldwinlab.analysis.report.setup import (
     describe_fitness,
     describe_variant,
@@ -113,6 +115,18 @@ def test_the_page_states_what_was_run_and_the_results(page: Path) -> None:
     assert re.findall(r'href="#([^"]+)"', contents) == re.findall(r'<h2 id="([^"]+)"', text)
     # The first figure has a heading without an entry.
     assert text.count("<h2") - 1 == text.count('<h2 id="') == contents.count("<li>") > 5
+
+
+def test_curves_of_a_learner_and_its_control_have_labels_in_words(tmp_path: Path) -> None:
+    data = study({name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")})
+    learns = {name: name != "evo/A" for name in data["condition"].values}
+    contrasts = replace(compare_conditions(data), learns=learns)
+    drawn = draw_measures(report_data(data, tmp_path, contrasts=contrasts), ["mean"])
+    labels = [text.get_text() for text in drawn.figure.axes[0].texts]
+    assert sorted(labels) == ["agents that\ndo not learn", "agents that\nlearn"]
+    # Other figures and tables have the names.
+    assert "evo+self-taught: agents that learn; evo: agents that do not learn." in drawn.caption
+    assert {row["condition"] for row in drawn.table} == {"evo/A", "evo+self-taught/A"}
 
 
 def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_watch(

@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.results.contrasts import Contrasts
-from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
+from baldwinlab.analysis.results.headlines import (
+    describe_statistic,
+    name_learners,
+    summarize_contrasts,
+)
 from tests.analysis.results.studies import compare_conditions, study
 
 HIGH = range(100, 108)
@@ -47,6 +51,15 @@ def test_only_agents_of_known_conditions_learn() -> None:
     contrasts = replace(compare({"evo/A": LOW, "taught/A": HIGH}), learns={})
     (sentence,) = summarize_contrasts(contrasts)
     assert sentence.startswith("Agents of taught eat 90.0 more items than agents of evo on map A [")
+
+
+def test_learners_have_words_only_if_they_are_one_pair_that_differs_in_learning() -> None:
+    pair = {"evo/A": LOW, "taught/A": HIGH, "evo/B": HIGH, "taught/B": LOW}
+    words = {"taught": "agents that learn", "evo": "agents that do not learn"}
+    assert name_learners(compare(pair)) == words
+    assert name_learners(compare(pair | {"third/A": MIXED})) == {}
+    assert name_learners(replace(compare(pair), learns={})) == {}
+    assert name_learners(compare({"evo/A": LOW})) == {}
 
 
 def test_another_outcome_is_higher_or_lower() -> None:

@@ -7,7 +7,9 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.curves import draw_legend, draw_line
+from baldwinlab.analysis.figures.curves import draw_line
+from baldwinlab.analysis.figures.line_labels import label_lines
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled, wrap_label
 from baldwinlab.analysis.report.content import (
     describe_final_medians,
@@ -51,16 +53,16 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
     averages = _average(dataset, evaluations)
     for condition in conditions:
         runs = averages.sel(condition=condition.name)
-        draw_line(by_generation, runs["generation"], runs["mean"], condition.style)
+        draw_line(by_generation, runs["generation"], runs["mean"], condition.style, condition.name)
         total = runs["evaluations"].where(runs["mean"].notnull())
-        draw_line(by_evaluation, total, runs["mean"], condition.style)
-    by_evaluation.set_xscale("log")
+        draw_line(by_evaluation, total, runs["mean"], condition.style, condition.name)
+    use_log_scale(by_evaluation)
     by_generation.set(
         xlabel="generation",
         ylabel=wrap_label(name_outcome_of(fitness.outcome(dataset), "average agent")),
     )
     by_evaluation.set_xlabel("evaluations by all agents of a run until then")
-    draw_legend(figure, {condition.name: condition.style for condition in conditions})
+    label_lines(figure, {condition.name: condition.style for condition in conditions})
     return figure
 
 

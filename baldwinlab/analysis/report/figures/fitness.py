@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
+from types import MappingProxyType
 from typing import NamedTuple
 
 import xarray as xr
@@ -13,9 +14,9 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.figures.curves import (
     count_legend_columns,
     draw_curve,
-    draw_legend,
     start_at_zero,
 )
+from baldwinlab.analysis.figures.line_labels import label_lines
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     PlottedCondition,
@@ -32,6 +33,7 @@ from baldwinlab.analysis.report.content import (
 from baldwinlab.analysis.report.data import ReportData, list_replay_commands
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
+from baldwinlab.analysis.results.headlines import name_learners
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.intervals import interval_of_median
 from baldwinlab.experiment.outcome import describe_measures
@@ -55,17 +57,19 @@ def draw_measures(report: ReportData, measures: Sequence[str]) -> ReportFigure:
     titles = describe_measures(fitness.outcome(data))
     is_single = len(measures) == 1
     name = titles[measures[0]]["title"] if is_single else name_fitness(data, "best", "average")
+    names = name_learners(report.contrasts) if report.contrasts else {}
+    meanings = "; ".join(f"{learner}: {words}" for learner, words in names.items())
     return ReportFigure(
         title="Fitness over generations",
         caption=(
             f"{name} of each generation. Lines are medians "
-            "over runs. Bands are 95 % intervals of the median."
+            f"over runs. Bands are 95 % intervals of the median.{f' {meanings}.' if names else ''}"
         ),
         alternative=(
             "Curves of fitness by generation for each condition. "
             f"{describe_final_medians(data, report.last)}"
         ),
-        figure=draw_fitness_curves(data, measures),
+        figure=draw_fitness_curves(data, measures, names),
         table=[row for measure in measures for row in tabulate_generations(data, measure)],
         commands=list_replay_commands(report.lives) if "food_eaten" in data else (),
     )
@@ -116,11 +120,20 @@ def make_panels(
 
 @styled
 def draw_fitness_curves(
-    dataset: xr.Dataset, measures: Sequence[str] = tuple(MEASURE_TITLES)
+    dataset: xr.Dataset,
+    measures: Sequence[str] = tuple(MEASURE_TITLES),
+    names: Mapping[str, str] = MappingProxyType({}),
 ) -> Figure:
-    """Draw fitness by generation, with intervals: a row per map, a column per measure."""
+    """Draw fitness by generation, with intervals: a row per map, a column per measure.
+
+    `names`: labels of learners, by default their names.
+    """
     conditions = style_conditions(dataset)
-    learners = {condition.learner: condition.style for condition in conditions}
+    labels = {
+        condition.learner: names.get(condition.learner, condition.learner)
+        for condition in conditions
+    }
+    learners = {labels[condition.learner]: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))
     legend_height = max(LEGEND_HEIGHT, LEGEND_ROW_HEIGHT * n_legend_rows)
     n_maps = len({condition.map_name for condition in conditions})
@@ -129,7 +142,8 @@ def draw_fitness_curves(
     for axes, measure, conditions_on_map in make_panels(figure, dataset, measures=measures):
         for condition in conditions_on_map:
             values = tables[measure].sel(condition=condition.name)
-            draw_curve(axes, interval_of_median(values), condition.style)
+            label = labels[condition.learner]
+            draw_curve(axes, interval_of_median(values), condition.style, label)
         label_generations(axes)
-    draw_legend(figure, learners)
+    label_lines(figure, learners)
     return figure

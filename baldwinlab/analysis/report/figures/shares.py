@@ -5,7 +5,8 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.curves import draw_curve, draw_legend, make_panels
+from baldwinlab.analysis.figures.curves import draw_curve, make_panels
+from baldwinlab.analysis.figures.line_labels import label_lines
 from baldwinlab.analysis.figures.style import (
     choose_style,
     label_generations,
@@ -55,10 +56,10 @@ def draw_shares(shares: xr.Dataset) -> Figure:
         axes.set_title(condition.name)
         for name, style in styles.items():
             interval = interval_of_mean(shares[name].sel(condition=condition.name))
-            draw_curve(axes, interval, style)
+            draw_curve(axes, interval, style, name)
         axes.set_ylim(-0.025, 1.025)
         label_generations(axes)
     for row in panels:
         row[0].set_ylabel("share")
-    draw_legend(figure, styles)
+    label_lines(figure, styles)
     return figure

@@ -6,7 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.curves import draw_legend, draw_line
+from baldwinlab.analysis.figures.curves import draw_line
+from baldwinlab.analysis.figures.line_labels import label_lines
+from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
@@ -45,12 +47,13 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
         share_alive = 1 - n_deaths / max(1, times.size)
         # Runs with the longest time count as survivors, so no death is drawn.
         share_alive[times == float(lifetimes.max())] = np.nan
-        draw_line(axes, [start, *times], [1.0, *share_alive], condition.style, is_stepped=True)
+        x, y = [start, *times], [1.0, *share_alive]
+        draw_line(axes, x, y, condition.style, condition.name, is_stepped=True)
     axes.set(
-        xscale="log",
         ylim=(-0.025, 1.025),
         xlabel=str(dataset["energy"].attrs.get("long_name", "time")),
         ylabel="share of runs that survive",
     )
-    draw_legend(figure, {condition.name: condition.style for condition in conditions})
+    use_log_scale(axes)
+    label_lines(figure, {condition.name: condition.style for condition in conditions})
     return figure
