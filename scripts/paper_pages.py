@@ -1,8 +1,8 @@
-"""Write the answers of the gallery into the pages of papers.
+"""Write the answers of the gallery and the pictures of the studies into the pages of papers.
 
 `python -m scripts.paper_pages FOLDER` reads the studies of `baldwinlab reproduce --all`, and
 simulates nothing. The answers stand between two marks in the section "Baldwin effect" of the page
-of each paper with systems.
+of each paper with systems. The title of a picture names its figure in the study.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from baldwinlab.analysis.gallery.summary import describe_terms, format_effect
 from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
 from baldwinlab.studies.store import StudyStore
 from scripts.gallery_page import LAST, join_numbers
+from scripts.outputs import draw_picture, read_pictures
 from scripts.pages import START, tabulate, write_results
 
 ESTIMANDS_PAGE: Final = "../../../docs/explanation/estimands.md#questions"
@@ -101,8 +102,10 @@ if __name__ == "__main__":
     entries, all_decisions = publish_gallery(folder, folder / GALLERY_FILE, LAST)
     for entry in entries:
         name = entry.paper.name
+        page = papers.load(name).folder / "README.md"
+        for picture, figure in read_pictures(page.read_text("utf-8")):
+            draw_picture(entry.directory / figure).save(page.parent / picture, optimize=True)
         if answers := [decision for decision in all_decisions if decision.system.paper == name]:
             results = render_answers(answers, StudyStore(entry.directory).seed)
-            page = papers.load(name).folder / "README.md"
             if START in page.read_text("utf-8"):
                 write_results(page, results)
