@@ -251,7 +251,7 @@ class NKClimbers(Model, name="nk-climbers"):
             "learned": climbs.learned,
             "changed": climbs.n_changed,
         }
-        cost: kit.Numbers = self.cost_per_bit * climbs.n_changed
+        cost = np.multiply(self.cost_per_bit, climbs.n_changed)
         return self.make_results(climbs.learned, records, cost=cost, learned=climbs.bits_at_death)
 
 

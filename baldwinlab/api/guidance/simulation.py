@@ -136,14 +136,14 @@ def measure_runs(
             branches.append(fit_genomes(genomes, sample))
     innate = _branch(cell, control, seed, runs, branches, report_progress)
     innate = innate.reshape(len(arms), len(group.starts), len(runs), len(group.horizons))
-    innate = np.ascontiguousarray(innate.transpose(2, 0, 1, 3))
     coordinates = {
         "run": [*runs],
         "arm": [arm.name for arm in arms],
         "start": [*group.starts],
         "horizon": [*group.horizons],
     }
-    data = xr.Dataset({"innate": (("run", "arm", "start", "horizon"), innate)}, coordinates)
+    dims = ("run", "arm", "start", "horizon")
+    data = xr.Dataset({"innate": (dims, innate.transpose(2, 0, 1, 3))}, coordinates)
     if not group.has_law:
         return data
     predicted = np.stack([_predict(cell, seed, run, report_progress) for run in runs])
@@ -160,12 +160,13 @@ def _evolve(
     if arm.noise:
         simulator = NoiseControl(arm.experiment, seed, runs, arm.noise)
     generations = range(arm.last_generation + 1)
+    agent_steps = len(runs) * _count_steps_of_arm(arm)
     genomes = founders
     for generation in iterate_generations(
         arm.experiment, seed, runs, generations, founders, simulator
     ):
         genomes = generation.genomes
-        report_progress(len(runs) * _count_steps_of_arm(arm))
+        report_progress(agent_steps)
     return genomes
 
 
@@ -180,19 +181,20 @@ def _branch(
     """Return the mean fitness [branch and run, horizon] after common generations.
 
     `branches` [branch]: genomes of all runs, which evolve further without learning. A run has the
-    same random numbers in all branches. All branches are one batch, because each call of the
-    simulator takes a time that does not depend on the number of agents.
+    same random numbers in all branches. All branches are one batch, because a generation of a batch
+    takes some time for any number of agents.
     """
     first = control.evolution.generations - 1
     generations = range(first, first + _last_horizon(cell) + 1)
     all_runs = [*runs] * len(branches)
+    agent_steps = len(all_runs) * _count_steps(control)
     means = []
     for generation in iterate_generations(
         control, seed, all_runs, generations, np.concatenate(branches)
     ):
         if generation.number - first in cell.group.horizons:
             means.append(generation.fitness.mean(axis=1))
-        report_progress(len(all_runs) * _count_steps(control))
+        report_progress(agent_steps)
     return np.stack(means, axis=1)
 
 
