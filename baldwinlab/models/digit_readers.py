@@ -33,6 +33,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import HALF, ONE, ZERO
+from baldwinlab.evolution.rng_key import split_runs
 from baldwinlab.models import kit
 from baldwinlab.models.discrete_variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.parts import LIFE, Field, LifeResults, Model, Variable, philox, unit
@@ -79,6 +80,9 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
     # All callers get the same cached array, so a caller must not change it.
     images.flags.writeable = False
     return images.reshape(N_SETS, N_DIGITS * copies, N_PIXELS)
+
+
+DIGIT_SETS: Final = kit.BatchCache(draw_digit_sets)
 
 
 class TrainingSettings(NamedTuple):
@@ -325,24 +329,29 @@ class DigitReaders(Model, name="digit-readers"):
         n_trials = poison.empty((n_runs, n_agents), np.int32)
         # [run, agent, 2]: before and after the training.
         n_wrong = poison.empty((n_runs, n_agents, 2), np.int32)
-        # Activations of hidden units, outputs, and errors.
-        scratch = poison.empty((3, max(self.hidden_units, N_DIGITS)), np.float32)
-        for row, run in enumerate(runs):
-            settings = TrainingSettings(
-                seed=seed,
-                run=run,
-                generation=generation,
-                n_hidden=self.hidden_units,
-                mean_trials=self.trials,
-                has_equal_trials=self.trial_distribution == "equal",
-                requires_all_outputs=self.criterion == "all",
-                learning_rate=np.float32(self.learning_rate),
-            )
-            training_set, test_set = draw_digit_sets(seed, run, self.tests_per_digit, self.noise)
-            results = TrainingResults(
-                weights=weights[row], n_trials=n_trials[row], n_wrong=n_wrong[row]
-            )
-            train_and_test(settings, training_set, test_set, scratch, results)
+        digit_sets, rows = DIGIT_SETS.get(seed, runs, self.tests_per_digit, self.noise)
+
+        def train_runs(first_run: int, end_run: int) -> None:
+            # Activations of hidden units, outputs, and errors.
+            scratch = poison.empty((3, max(self.hidden_units, N_DIGITS)), np.float32)
+            for index in range(first_run, end_run):
+                settings = TrainingSettings(
+                    seed=seed,
+                    run=runs[index],
+                    generation=generation,
+                    n_hidden=self.hidden_units,
+                    mean_trials=self.trials,
+                    has_equal_trials=self.trial_distribution == "equal",
+                    requires_all_outputs=self.criterion == "all",
+                    learning_rate=np.float32(self.learning_rate),
+                )
+                results = TrainingResults(
+                    weights=weights[index], n_trials=n_trials[index], n_wrong=n_wrong[index]
+                )
+                training_set, test_set = digit_sets[rows[index]]
+                train_and_test(settings, training_set, test_set, scratch, results)
+
+        split_runs(range(n_runs), n_agents, train_runs)
         errors = n_wrong / (N_DIGITS * self.tests_per_digit)
         # The test at the end of a lifetime counts as an evaluation.
         records = {"innate_error": errors[..., 0], "error": errors[..., 1], "used": n_trials + 1}

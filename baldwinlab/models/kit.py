@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -54,6 +56,34 @@ def draw_environment(seed: int, run: int, shape: tuple[int, int], stream: int = 
     Different streams are independent of each other, and of the random numbers of lifetimes.
     """
     return uniforms(seed, run, ENVIRONMENT_GENERATION - stream, LIFE, shape)
+
+
+class BatchCache(threading.local):
+    """Arrays of all runs of a batch, which are computed once and not in each generation.
+
+    Each thread keeps the arrays of its last batch. A cache of a fixed number of runs would compute
+    all arrays again in each generation if the threads simulated more runs, because a batch reads
+    its runs in a cycle.
+    """
+
+    def __init__(self, make_array: Callable[..., npt.NDArray[Any]]) -> None:
+        """`make_array(seed, run, *settings)`: returns the array of a run."""
+        self._make_arrays = lru_cache(maxsize=1)(partial(_stack_runs, make_array))
+
+    def get(
+        self, seed: int, runs: Sequence[int], *settings: Any
+    ) -> tuple[npt.NDArray[Any], Integers]:
+        """Return the read-only arrays [row, ...] of the different runs, and the row of each run."""
+        different_runs, rows = np.unique(runs, return_inverse=True)
+        return self._make_arrays(seed, (*different_runs.tolist(),), *settings), rows
+
+
+def _stack_runs(
+    make_array: Callable[..., npt.NDArray[Any]], seed: int, runs: Sequence[int], *settings: Any
+) -> npt.NDArray[Any]:
+    arrays = np.stack([make_array(seed, run, *settings) for run in runs])
+    arrays.flags.writeable = False
+    return arrays
 
 
 def draw_bits(key: GenerationKey, agents: int, bits: int) -> Genomes:

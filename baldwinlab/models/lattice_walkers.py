@@ -28,10 +28,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine.jit import compiled
@@ -193,26 +192,36 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
-        results = [
-            self._simulate_run(self.landscape(seed, run), genomes[row, :, 0, 0].astype(np.int64))
-            for row, run in enumerate(runs)
-        ]
-        energy, learned, *values = (np.stack(column) for column in zip(*results, strict=True))
-        records = dict(zip(self.records, values, strict=True))
-        return self.make_results(energy, records, learned=learned[:, :, None])
-
-    def _simulate_run(
-        self, landscape: Fitness, position: kit.Integers
-    ) -> tuple[npt.NDArray[Any], ...]:
-        """Return fitness, position at death, and the values of `records` in order, each [agent]."""
+        tables, rows = TABLES.get(seed, runs, self)
+        position = genomes[:, :, 0, 0].astype(np.int64)
         is_alive = (position >= 0) & (position < self.length)
         # Position 0 replaces positions outside the line, so that all indices are valid.
-        inside = np.where(is_alive, position, 0)
-        fitness = np.where(is_alive, self.plastic_fitness(landscape)[inside], 0.0)
-        learned = np.where(is_alive, self.learned_positions(landscape)[inside], position)
-        innate = np.where(is_alive, landscape[inside], 0.0)
-        at_peak = position == landscape.argmax()
-        return fitness, learned, position, innate, at_peak, np.abs(learned - position)
+        inside = rows[:, None], np.where(is_alive, position, 0)
+        # Each [run, position].
+        landscapes, plastic_fitness, learned_positions = tables.swapaxes(0, 1)
+        learned = np.where(is_alive, learned_positions[inside], position)
+        records = {
+            "position": position,
+            "innate": np.where(is_alive, landscapes[inside], 0.0),
+            "at_peak": position == landscapes.argmax(axis=1)[rows, None],
+            "climbed": np.abs(learned - position),
+        }
+        fitness = np.where(is_alive, plastic_fitness[inside], 0.0)
+        return self.make_results(fitness, records, learned=learned[:, :, None])
+
+
+def tabulate(seed: int, run: int, model: LatticeWalkers) -> Fitness:
+    """Return three numbers of each position of a run [number, position].
+
+    They are the fitness without and with plasticity, and the position at death of an agent that is
+    born there.
+    """
+    landscape = model.landscape(seed, run)
+    learned_positions = model.learned_positions(landscape)
+    return np.stack([landscape, model.plastic_fitness(landscape), learned_positions])
+
+
+TABLES: Final = kit.BatchCache(tabulate)
 
 
 @compiled

@@ -29,13 +29,16 @@ G. Mayley, "Guiding or hiding", ECAL 97.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any, Final
+from functools import lru_cache, partial
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import jit_entry_point
+from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.engine.rng import uniform
+from baldwinlab.evolution.rng_key import RunKeys, make_run_keys, split_runs
 from baldwinlab.models import kit
 from baldwinlab.parts import (
     LIFE,
@@ -46,7 +49,7 @@ from baldwinlab.parts import (
     PathView,
     Variable,
     View,
-    uniforms,
+    philox,
 )
 
 # Streams of random numbers for the landscape, for the founders and for the start of learning.
@@ -88,14 +91,19 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> kit.Numbers:
     return fitness
 
 
+LANDSCAPES: Final = kit.BatchCache(landscape)
+
+
 def _view_climb(model: NKClimbers, key: Any, genomes: kit.Genomes, agent: int) -> PathView:
     """Return the fitness of an agent after each trial, with the mean and maximum of all agents."""
     fitness_of_string = landscape(key.seed, key.run, model.bits, model.k)
     bit_draws = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
     strings = model.start_learning(key.seed, key.run, kit.read_bits(genomes))
     fitness_by_trial = [fitness_of_string[strings]]
-    for trial in range(model.trials):
-        climb(fitness_of_string, model.bits, bit_draws[:, trial : trial + 1], strings)
+    for draws in bit_draws.T:
+        flipped = strings ^ (1 << (draws * model.bits).astype(np.int64))
+        is_fitter = fitness_of_string[flipped] > fitness_of_string[strings]
+        strings = np.where(is_fitter, flipped, strings)
         fitness_by_trial.append(fitness_of_string[strings])
     all_agents = np.stack(fitness_by_trial)
     lines = {
@@ -196,63 +204,111 @@ class NKClimbers(Model, name="nk-climbers"):
         draws = kit.draw_environment(key.seed, key.run, (1, self.bits), FOUNDER_STREAM)[0, :, 0]
         return np.broadcast_to((draws < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
-    def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
-        """Return the strings with which agents begin to learn [agent], for `strings` at birth."""
-        n_random = round((1 - self.correlation) * self.bits)
-        if n_random == 0 or self.trials == 0:
-            return strings.copy()
+    @property
+    def n_random_loci(self) -> int:
+        """Number of loci that begin to learn with a random bit."""
+        return round((1 - self.correlation) * self.bits) if self.learns else 0
+
+    def draw_start(self, seed: int, run: int) -> tuple[int, int]:
+        """Return the mask of the loci that begin to learn with a random bit, and these bits."""
         # [locus, 4]: sorting entry 0 gives a random order of loci, entry 1 gives the random bits.
         draws = kit.draw_environment(seed, run, (1, self.bits), START_STREAM)[0]
-        random_loci = np.argsort(draws[:, 0])[:n_random]
+        random_loci = np.argsort(draws[:, 0])[: self.n_random_loci]
         mask = int((1 << random_loci).sum())
         random_string = int((1 << np.flatnonzero(draws[:, 1] < 0.5)).sum())
-        return (strings & ~mask) | (random_string & mask)
+        return mask, random_string & mask
+
+    def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
+        """Return the strings with which agents begin to learn [agent], for `strings` at birth."""
+        mask, random_bits = self.draw_start(seed, run)
+        return (strings & ~mask) | random_bits
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
     ) -> LifeResults:
-        # A string is an integer: bit i of the integer is bit i of the string.
-        bit_masks = 1 << np.arange(self.bits)
-        newborn_strings = kit.read_bits(genomes)
-        start_strings = np.stack(
-            [
-                self.start_learning(seed, run, strings)
-                for run, strings in zip(runs, newborn_strings, strict=True)
-            ]
+        n_runs, n_agents = genomes.shape[:2]
+        starts = np.zeros((n_runs, 2), np.int64)
+        if self.n_random_loci:
+            starts[:] = [self.draw_start(seed, run) for run in runs]
+        landscapes, rows = LANDSCAPES.get(seed, runs, self.bits, self.k)
+        settings = Settings(
+            make_run_keys(seed, runs, generation),
+            landscapes,
+            rows,
+            starts,
+            n_bits=self.bits,
+            n_trials=self.trials,
         )
-        strings = start_strings.copy()
-        innate_fitness = poison.empty(newborn_strings.shape)
-        learned_fitness = poison.empty(newborn_strings.shape)
-        draws_shape = (newborn_strings.shape[1], self.trials)
-        for row, run in enumerate(runs):
-            fitness_of_string = landscape(seed, run, self.bits, self.k)
-            # [agent, trial].
-            bit_draws = uniforms(seed, run, generation, LIFE, draws_shape)[:, :, 0]
-            innate_fitness[row] = fitness_of_string[newborn_strings[row]]
-            climb(fitness_of_string, self.bits, bit_draws, strings[row])
-            learned_fitness[row] = fitness_of_string[strings[row]]
-        differs = ((start_strings ^ strings)[..., None] & bit_masks) > 0
-        n_changed = differs.sum(axis=-1)
-        records = {"innate": innate_fitness, "learned": learned_fitness, "changed": n_changed}
-        return self.make_results(
-            learned_fitness,
-            records,
-            cost=self.cost_per_bit * n_changed,
-            learned=(strings[..., None] & bit_masks) > 0,
+        climbs = Climbs(
+            innate=poison.empty((n_runs, n_agents)),
+            learned=poison.empty((n_runs, n_agents)),
+            n_changed=poison.empty((n_runs, n_agents), np.int64),
+            bits_at_death=poison.empty((n_runs, n_agents, self.bits), np.float32),
         )
+        split_runs(range(n_runs), n_agents, partial(climb_in_runs, settings, genomes, climbs))
+        records = {
+            "innate": climbs.innate,
+            "learned": climbs.learned,
+            "changed": climbs.n_changed,
+        }
+        cost = np.multiply(self.cost_per_bit, climbs.n_changed)
+        return self.make_results(climbs.learned, records, cost=cost, learned=climbs.bits_at_death)
+
+
+class Settings(NamedTuple):
+    """Settings of the lifetimes of several runs."""
+
+    keys: RunKeys
+    landscapes: kit.Numbers  # [row, string]: fitness.
+    rows: kit.Integers  # [run]: row of the landscape.
+    starts: kit.Integers  # [run, 2]: see `NKClimbers.draw_start`.
+    n_bits: int
+    n_trials: int
+
+
+class Climbs(NamedTuple):
+    """Results of the lifetimes of several runs."""
+
+    innate: kit.Numbers  # [run, agent]: fitness at birth.
+    learned: kit.Numbers  # [run, agent]: fitness at death.
+    n_changed: kit.Integers  # [run, agent]: number of bits changed by learning.
+    bits_at_death: npt.NDArray[np.float32]  # [run, agent, bit].
 
 
 @jit_entry_point
-def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> None:
-    """Flip a bit of each string in each trial, and retain the flip if it raises the fitness.
+def climb_in_runs(
+    settings: Settings, genomes: kit.Genomes, climbs: Climbs, first_run: int, end_run: int
+) -> None:
+    """Simulate the lifetimes of all agents of a range of runs. `genomes`: at birth."""
+    for run in range(first_run, end_run):
+        fitness_of_string = settings.landscapes[settings.rows[run]]
+        mask, random_bits = settings.starts[run]
+        for agent in range(genomes.shape[1]):
+            bits_at_death = climbs.bits_at_death[run, agent]
+            newborn = 0
+            for bit in range(bits_at_death.size):
+                newborn |= int(genomes[run, agent, 0, bit] > 0.5) << bit
+            start = (newborn & ~mask) | random_bits
+            string = climb(settings, run, agent, fitness_of_string, start)
+            n_changed = 0
+            for bit in range(bits_at_death.size):
+                n_changed += ((start ^ string) >> bit) & 1
+                bits_at_death[bit] = (string >> bit) & 1
+            climbs.innate[run, agent] = fitness_of_string[newborn]
+            climbs.learned[run, agent] = fitness_of_string[string]
+            climbs.n_changed[run, agent] = n_changed
 
-    - `fitness_of_string`: (2**bits,).
-    - `bit_draws` (agents, trials): uniform random numbers that select the bits.
-    - `strings` (agents,): strings as integers, changed in place.
-    """
-    for agent in range(strings.size):
-        for trial in range(bit_draws.shape[1]):
-            bit = int(bit_draws[agent, trial] * bits)
-            flipped_string = strings[agent] ^ (1 << bit)
-            if fitness_of_string[flipped_string] > fitness_of_string[strings[agent]]:
-                strings[agent] = flipped_string
+
+@compiled
+def climb(
+    settings: Settings, run: int, agent: int, fitness_of_string: kit.Numbers, string: Any
+) -> Any:
+    """Flip a bit of a string in each trial, and retain the flip if it raises the fitness."""
+    keys = settings.keys
+    n_bits = settings.n_bits
+    for trial in range(settings.n_trials):
+        words = philox(trial, agent, keys.generation, LIFE, keys.seed, keys.runs[run])
+        flipped_string = string ^ (1 << int(uniform(words[0]) * n_bits))
+        if fitness_of_string[flipped_string] > fitness_of_string[string]:
+            string = flipped_string
+    return string

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,10 +20,10 @@ from baldwinlab.api.cells import (
     simulate_cells,
 )
 from baldwinlab.api.guidance.simulation import (
-    RUNS_PER_BATCH,
-    count_generations,
+    count_agent_steps,
     list_arms,
     measure_runs,
+    split_batches,
 )
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.core import console
@@ -73,18 +72,17 @@ class GuidanceTask(NamedTuple):
 
     @property
     def agent_steps(self) -> int:
-        """Number of agent-steps of all arms, as if every lifetime were that of a learner."""
-        return len(self.runs) * count_generations(self.cell) * self.cell.learner.agent_steps
+        """Number of agent-steps of all arms."""
+        return len(self.runs) * count_agent_steps(self.cell)
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> xr.Dataset:
         """Return the values of all runs, from `measure_runs`."""
-        parts = []
-        for first in range(0, len(self.runs), RUNS_PER_BATCH):
-            runs = self.runs[first : first + RUNS_PER_BATCH]
-            steps = len(runs) * self.cell.learner.agent_steps
-            parts.append(measure_runs(self.cell, seed, runs, partial(report_progress, steps)))
+        parts = [
+            measure_runs(self.cell, seed, runs, report_progress)
+            for runs in split_batches(self.cell, self.runs)
+        ]
         return xr.concat(parts, "run")
 
 

@@ -32,9 +32,10 @@ from baldwinlab.simulation.noise_controls import Kind, NoiseControl
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
-# Number of runs that are simulated in one batch. The model caches 64 landscapes, enough for four
-# threads.
-RUNS_PER_BATCH: Final = 16
+# Number of agents of all runs of a batch. Larger batches save little time, and need more memory.
+AGENTS_PER_BATCH: Final = 4000
+# The prediction for a run takes about the time of this number of agent-steps.
+PREDICTION_STEPS: Final = 8_000_000
 
 
 class Arm(NamedTuple):
@@ -77,11 +78,37 @@ def _list_plastic_arms(cell: Cell, learner: BaseExperiment) -> Iterator[Arm]:
         yield Arm(name, cell.load_noise(name))
 
 
-def count_generations(cell: Cell) -> int:
-    """Return the number of simulated generations of a run, of all arms."""
+def count_agent_steps(cell: Cell) -> int:
+    """Return the number of agent-steps of a run of a cell, of all arms."""
     arms = [*list_arms(cell)]
     n_branches = len(arms) * len(cell.group.starts)
-    return sum(arm.last_generation + 1 for arm in arms) + n_branches * (_last_horizon(cell) + 1)
+    steps_of_arms = sum((arm.last_generation + 1) * _count_steps_of_arm(arm) for arm in arms)
+    steps_of_branches = (_last_horizon(cell) + 1) * n_branches * _count_steps(arms[0].experiment)
+    return steps_of_arms + steps_of_branches + PREDICTION_STEPS * cell.group.has_law
+
+
+def _count_steps_of_arm(arm: Arm) -> int:
+    """Return the number of agent-steps in one generation of one run of an arm."""
+    steps = _count_steps(arm.experiment)
+    # Learners evolve beside the control.
+    return steps + _count_steps(arm.experiment.without_learning()) if arm.noise else steps
+
+
+def _count_steps(experiment: BaseExperiment) -> int:
+    """Return the number of agent-steps in one generation of one run.
+
+    The reproduction counts as one step per gene, because a gene takes about the time of a step.
+    Without this, the short lifetimes of most models would be almost no work.
+    """
+    n_genes = len(experiment.modules) * experiment.genome_length
+    return experiment.agent_steps + experiment.population.size * n_genes
+
+
+def split_batches(cell: Cell, runs: Sequence[int]) -> Iterator[Sequence[int]]:
+    """Yield the runs of each batch."""
+    size = max(1, AGENTS_PER_BATCH // cell.learner.population.size)
+    for first in range(0, len(runs), size):
+        yield runs[first : first + size]
 
 
 def _last_horizon(cell: Cell) -> int:
@@ -89,42 +116,43 @@ def _last_horizon(cell: Cell) -> int:
 
 
 def measure_runs(
-    cell: Cell, seed: int, runs: Sequence[int], report_generation: Callable[[], None]
+    cell: Cell, seed: int, runs: Sequence[int], report_progress: Callable[[int], None]
 ) -> xr.Dataset:
     """Return `innate` (run, arm, start, horizon), with `predicted` if the group has a law.
 
-    `report_generation`: called after each simulated generation.
+    `report_progress`: called with the number of agent-steps after each generation.
     """
+    arms = [*list_arms(cell)]
+    group = cell.group
     control = cell.learner.without_learning()
     no_directory: Any = None  # `fit_genomes` reads only the seed, the runs and the experiment.
     sample = Sample(no_directory, seed, control, (*runs,), (), (), lambda _: None)
-    arms = [*list_arms(cell)]
-    group = cell.group
-    innate = np.empty((len(runs), len(arms), len(group.starts), len(group.horizons)))
-    for arm_index, arm in enumerate(arms):
-        genomes = _evolve(arm, seed, runs, report_generation)
-        for start_index, start in enumerate(group.starts):
+    branches = []
+    for arm in arms:
+        genomes = _evolve(arm, seed, runs, report_progress)
+        for start in group.starts:
             if start == MODE:
                 genomes = np.stack([copy_mode(population) for population in genomes])
-            innate[:, arm_index, start_index] = _branch(
-                cell, sample, fit_genomes(genomes, sample), report_generation
-            )
+            branches.append(fit_genomes(genomes, sample))
+    innate = _branch(cell, control, seed, runs, branches, report_progress)
+    innate = innate.reshape(len(arms), len(group.starts), len(runs), len(group.horizons))
     coordinates = {
         "run": [*runs],
         "arm": [arm.name for arm in arms],
         "start": [*group.starts],
         "horizon": [*group.horizons],
     }
-    data = xr.Dataset({"innate": (("run", "arm", "start", "horizon"), innate)}, coordinates)
+    dims = ("run", "arm", "start", "horizon")
+    data = xr.Dataset({"innate": (dims, innate.transpose(2, 0, 1, 3))}, coordinates)
     if not group.has_law:
         return data
-    predicted = np.stack([_predict(cell, seed, run) for run in runs])
+    predicted = np.stack([_predict(cell, seed, run, report_progress) for run in runs])
     data = data.assign_coords(history=[LEARNING, CONTROL])
     return data.assign(predicted=(("run", "history", "horizon"), predicted))
 
 
 def _evolve(
-    arm: Arm, seed: int, runs: Sequence[int], report_generation: Callable[[], None]
+    arm: Arm, seed: int, runs: Sequence[int], report_progress: Callable[[int], None]
 ) -> Genome:
     """Return the genomes of an arm in its last generation, from the founders of the runs."""
     founders = make_founders(arm.experiment, make_run_keys(seed, runs, 0))
@@ -132,35 +160,47 @@ def _evolve(
     if arm.noise:
         simulator = NoiseControl(arm.experiment, seed, runs, arm.noise)
     generations = range(arm.last_generation + 1)
+    agent_steps = len(runs) * _count_steps_of_arm(arm)
     genomes = founders
     for generation in iterate_generations(
         arm.experiment, seed, runs, generations, founders, simulator
     ):
         genomes = generation.genomes
-        report_generation()
+        report_progress(agent_steps)
     return genomes
 
 
 def _branch(
-    cell: Cell, sample: Sample, genomes: Genome, report_generation: Callable[[], None]
+    cell: Cell,
+    control: BaseExperiment,
+    seed: int,
+    runs: Sequence[int],
+    branches: Sequence[Genome],
+    report_progress: Callable[[int], None],
 ) -> npt.NDArray[np.float64]:
-    """Return the mean fitness [run, horizon] of genomes that evolve further without learning.
+    """Return the mean fitness [branch and run, horizon] after common generations.
 
-    The generations have the same numbers in all arms, so that they have the same random numbers.
+    `branches` [branch]: genomes of all runs, which evolve further without learning. A run has the
+    same random numbers in all branches. All branches are one batch, because a generation of a batch
+    takes some time for any number of agents.
     """
-    first = sample.experiment.evolution.generations - 1
+    first = control.evolution.generations - 1
     generations = range(first, first + _last_horizon(cell) + 1)
+    all_runs = [*runs] * len(branches)
+    agent_steps = len(all_runs) * _count_steps(control)
     means = []
     for generation in iterate_generations(
-        sample.experiment, sample.seed, sample.runs, generations, genomes
+        control, seed, all_runs, generations, np.concatenate(branches)
     ):
         if generation.number - first in cell.group.horizons:
             means.append(generation.fitness.mean(axis=1))
-        report_generation()
+        report_progress(agent_steps)
     return np.stack(means, axis=1)
 
 
-def _predict(cell: Cell, seed: int, run: int) -> npt.NDArray[np.float64]:
+def _predict(
+    cell: Cell, seed: int, run: int, report_progress: Callable[[int], None]
+) -> npt.NDArray[np.float64]:
     """Return the expected innate fitness [history, horizon] by the Markov chain of a landscape."""
     experiment = cell.learner
     model = experiment.model_part
@@ -180,4 +220,5 @@ def _predict(cell: Cell, seed: int, run: int) -> npt.NDArray[np.float64]:
             generation = horizon
             of_history.append(float(fitness @ shares))
         expected.append(of_history)
+    report_progress(PREDICTION_STEPS)
     return np.array(expected)

@@ -20,7 +20,12 @@ from baldwinlab.api.cells import read_digests
 from baldwinlab.api.guidance import run as run_module
 from baldwinlab.api.guidance.publish import publish_guidance, read_results, render_article
 from baldwinlab.api.guidance.run import GuidanceRequest, GuidanceTask, run_guidance
-from baldwinlab.api.guidance.simulation import count_generations, list_arms, measure_runs
+from baldwinlab.api.guidance.simulation import (
+    count_agent_steps,
+    list_arms,
+    measure_runs,
+    split_batches,
+)
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.models.nk_climbers import landscape
@@ -99,7 +104,7 @@ def test_the_history_effect_is_that_of_the_fork_assay(
     (group,) = [group for group in design.groups if group.name == "nk"]
     *_, cell = list_cells(group)
     runs = (1000, 1001)
-    measured = measure_runs(cell, 5, runs, lambda: None)
+    measured = measure_runs(cell, 5, runs, lambda _: None)
     samples = []
     for experiment in (cell.learner, cell.learner.without_learning()):
         histories = simulate_histories(experiment, 5, runs)
@@ -117,23 +122,58 @@ def test_the_history_effect_is_that_of_the_fork_assay(
 def test_the_mode_of_clones_is_one_string(design: GuidanceDesign) -> None:
     (group,) = [group for group in design.groups if group.name == "nk"]
     *_, cell = list_cells(group)
-    measured = measure_runs(cell, 5, (1000,), lambda: None)
+    measured = measure_runs(cell, 5, (1000,), lambda _: None)
     start = measured["innate"].sel(start="mode", horizon=0, run=1000)
     table = landscape(5, 1000, 16, 5)
     # All agents have the same genotype, so that the mean is the fitness of one string.
     assert all(np.isclose(table, value).any() for value in start.values)
 
 
-def test_a_cell_reports_each_generation_and_has_its_arms(design: GuidanceDesign) -> None:
+@pytest.mark.parametrize("name", ["nk", "chain", "le-a"])
+def test_a_cell_reports_all_its_agent_steps(design: GuidanceDesign, name: str) -> None:
+    (group,) = [group for group in design.groups if group.name == name]
+    *_, cell = list_cells(group)
+    reports: list[int] = []
+    measure_runs(cell, 0, (0, 1), reports.append)
+    assert sum(reports) == 2 * count_agent_steps(cell)
+
+
+def test_the_work_of_a_cell_has_the_reproduction(design: GuidanceDesign) -> None:
+    """Without learning, a lifetime has one step, and most of the time is that of reproduction."""
+    (group,) = [group for group in design.groups if group.name == "nk"]
+    cell = next(list_cells(group.change_fields({"nk_climbers.trials": (1,)}, runs=2)))
+    n_generations = 7 * 4 + 7 + 16 * 101  # Of the arms and of the branches.
+    n_genes = 16
+    assert count_agent_steps(cell) > n_generations * cell.learner.population.size * n_genes
+
+
+def test_batches_have_about_the_same_number_of_agents(design: GuidanceDesign) -> None:
+    cells = [cell for group in design.groups for cell in list_cells(group)]
+    sizes = {
+        cell.learner.population.size: [len(runs) for runs in split_batches(cell, range(50))]
+        for cell in cells
+    }
+    assert sizes[6] == [50]
+    assert sizes[100] == [40, 10]
+    assert sizes[1000] == [4] * 12 + [2]
+
+
+@pytest.mark.parametrize("name", ["nk", "chain", "whitley-deceptive", "le-a"])
+def test_the_values_of_a_run_do_not_depend_on_its_batch(design: GuidanceDesign, name: str) -> None:
+    (group,) = [group for group in design.groups if group.name == name]
+    *_, cell = list_cells(group)
+    batch = measure_runs(cell, 5, (3, 4, 5), lambda _: None)
+    single = measure_runs(cell, 5, (4,), lambda _: None)
+    assert batch.sel(run=[4]).identical(single)
+
+
+def test_a_cell_has_its_arms(design: GuidanceDesign) -> None:
     (group,) = [group for group in design.groups if group.name == "nk"]
     cell = next(list_cells(group))
     names = [arm.name for arm in list_arms(cell)]
     plastic = ["learning", "drift", "yoked"]
     costly = [f"costly-{name}" for name in plastic]
     assert names == ["control", "equal-evaluations", *plastic, *costly]
-    reports: list[int] = []
-    measure_runs(cell, 0, (0,), lambda: reports.append(1))
-    assert len(reports) == count_generations(cell)
     evaluations = next(arm for arm in list_arms(cell) if arm.name == "equal-evaluations")
     assert evaluations.last_generation == 3 * 31
 
