@@ -197,7 +197,7 @@ HOLD_GENERATION = """async () => {
       population.next = async () => {
         const means = await next();
         if (population.generation === 5) {
-          window.isHeld = true;
+          document.documentElement.dataset.held = "";
           await window.held;
         }
         return means;
@@ -212,7 +212,7 @@ def test_a_generation_of_a_replaced_run_is_not_in_the_chart_of_the_next(page: Pa
     section = show(page, "foragers")
     page.evaluate(HOLD_GENERATION)
     drag(section, "rate", 0.05)
-    page.wait_for_function("() => window.isHeld")
+    expect(page.locator("html[data-held]")).to_be_attached()
     drag(section, "fork", 20)
     # The next run has begun.
     expect(section.locator(".run-label").filter(has_text="off at 60").first).to_be_attached()
