@@ -19,6 +19,7 @@ from cyclopts import Parameter
 
 from baldwinlab.cli.options import Directory, Parts, load_parts
 from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import is_local
@@ -31,11 +32,8 @@ DEFAULT_FOLDER = Path("results")
 MAX_PORT = 65535
 ROOT_PATH_PATTERN: Final = re.compile(r"(/[\w.~@-]+)*/?", re.ASCII)
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
-PAGE_SECONDS = 1.5
-"""Time that the page has for loading, before the engine and other imports use the processor."""
-
-PRESETS_DELAY_SECONDS = 5
-"""Time from these imports to the loading of the presets, in which the first page is drawn."""
+OTHER_TABS_DELAY_SECONDS = 5
+"""Time from the imports for the first lifetime to those for other tabs, in which it is drawn."""
 
 
 def lab(
@@ -144,14 +142,11 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
     from baldwinlab.lab.server.app import make_app, make_server
 
     warm_up_thread = threading.Thread(target=_warm_up)
-    has_loaded = threading.Event()
-
-    def is_engine_ready() -> bool:
-        return not warm_up_thread.is_alive() and has_loaded.is_set()
-
-    server = make_server(make_app(directory, is_engine_ready=is_engine_ready, **options))
+    app = make_app(directory, is_engine_ready=lambda: not warm_up_thread.is_alive(), **options)
+    server = make_server(app)
+    # A page waits for both threads, so they start before its first request.
     warm_up_thread.start()
-    threading.Thread(target=_preload, args=[has_loaded], daemon=True).start()
+    threading.Thread(target=_preload, daemon=True).start()
     # After Ctrl-C, the server first stops and then raises KeyboardInterrupt.
     with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
@@ -160,7 +155,6 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
 
 
 def _warm_up() -> None:
-    time.sleep(PAGE_SECONDS)
     try:
         seconds = compile_experiments([Experiment()])
     except BaldwinLabError as error:
@@ -170,17 +164,17 @@ def _warm_up() -> None:
         console.info(f"Engine ready after {seconds:.1f} s.")
 
 
-def _preload(has_loaded: threading.Event) -> None:
-    """Load modules and presets while the browser starts. Set `has_loaded` after the modules."""
-    time.sleep(PAGE_SECONDS)
-    try:
-        # These imports take seconds.
-        import baldwinlab.analysis.statistics.fitness  # noqa: F401
-        from baldwinlab.lab.sources.presets import list_presets
-    finally:
-        has_loaded.set()
+def _preload() -> None:
+    """Import the modules that the first lifetime needs, and later those of other tabs."""
+    import baldwinlab.analysis.statistics.fitness  # noqa: F401
+    import baldwinlab.studies.lazy_runs  # noqa: F401
 
-    time.sleep(PRESETS_DELAY_SECONDS)
+    # The first variable imports Dask, if it is installed.
+    xr.Variable((), 0)
+    time.sleep(OTHER_TABS_DELAY_SECONDS)
+    import baldwinlab.api.publish.lab_results  # noqa: F401
+    from baldwinlab.lab.sources.presets import list_presets
+
     list_presets()
 
 

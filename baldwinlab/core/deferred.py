@@ -1,6 +1,6 @@
 """Deferred imports of libraries, because loading a library can take as long as a short run.
 
-- xarray and pandas are imported when an attribute of the module is read.
+- xarray, pandas and scipy.stats are imported when an attribute of the module is read.
 - The environments of baldwinlab are registered in Gymnasium when a program imports Gymnasium,
   because Gymnasium has no plug-ins.
 """
@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
-__all__ = ["pd", "register_environments", "xr"]
+__all__ = ["pd", "register_environments", "stats", "xr"]
 
 GYMNASIUM: Final = "gymnasium"
 ENVIRONMENT: Final = "baldwinlab/Forager-v0"
@@ -35,8 +35,10 @@ class _DeferredModule(ModuleType):
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from scipy import stats
 else:
     pd = _DeferredModule("pandas")
+    stats = _DeferredModule("scipy.stats")
     xr = _DeferredModule("xarray")
 
 

@@ -86,6 +86,52 @@ def test_a_narrow_terminal_does_not_break_the_printed_address(
     assert f"/?token={served[0].token} and shows" in printed.getvalue()
 
 
+# The pauses of the lab end the functions that prepare the first page.
+FIRST_LIFETIME = """
+import sys, time
+from contextlib import suppress
+from pathlib import Path
+from baldwinlab.cli import lab
+from baldwinlab.lab import Lab
+from baldwinlab.lab.server import app
+from baldwinlab.lab.sources import history, live, recording, results, studies
+
+class PauseError(Exception):
+    pass
+
+def pause(seconds):
+    raise PauseError
+
+time.sleep = pause
+lab._warm_up()
+with suppress(PauseError):
+    lab._preload()
+imported = set(sys.modules)
+state = Lab(Path(sys.argv[1]).resolve(), live.Live())
+condition = {"study": ".", "condition": "evo/A"}
+run = condition | {"run": "0"}
+studies.list_studies(state, {})
+results.load_typical_run(state, condition)
+history.load_fitness_curve(state, run)
+recording.load_recording(state, run | {"generation": "2"})
+print("scipy.stats" in sys.modules, *{name.split(".")[0] for name in set(sys.modules) - imported})
+"""
+
+
+def test_the_first_lifetime_waits_for_no_pause_and_no_import(tmp_path: Path) -> None:
+    """The engine and the imports of the first lifetime begin with the server, not before a page."""
+    make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
+    process = subprocess.run(
+        [sys.executable, "-c", FIRST_LIFETIME, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    has_statistics, *packages = process.stdout.splitlines()[-1].split()
+    assert has_statistics == "False"
+    assert not {"baldwinlab", "dask", "numba", "pandas", "scipy"} & set(packages)
+
+
 # Windows cannot send ctrl-C to a single process.
 needs_ctrl_c = pytest.mark.skipif(sys.platform == "win32", reason="the platform has no ctrl-C")
 

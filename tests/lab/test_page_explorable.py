@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 import tomlkit
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.lab.pages import explorable
@@ -108,6 +108,121 @@ def test_the_puzzle_shows_its_end_and_keeps_earlier_runs(page: Page) -> None:
     button.click()
     expect(section.locator(".play")).to_have_text("Start again")
     assert read_value(section, "right") < 35
+
+
+# Return pairs of labels of a chart that overlap. The box of a text is higher than its letters.
+LIST_OVERLAPS = """svg => {
+  const labels = [...svg.querySelectorAll(".direct-label, .run-label")];
+  const boxes = labels.map(label => label.getBoundingClientRect());
+  const overlap = (a, b) => a.left < b.right && b.left < a.right
+    && a.top + 4 < b.bottom && b.top + 4 < a.bottom;
+  return boxes.flatMap((box, index) => boxes.slice(0, index)
+    .filter(other => overlap(box, other)).map(() => labels[index].textContent));
+}"""
+
+
+def finish_run(section: Locator) -> None:
+    """Show the end of the run, unless it has ended."""
+    end = section.get_by_role("button", name=STRINGS["labels"]["end"])
+    end.evaluate("button => button.click()")
+    expect(section.locator(".play")).to_have_text(STRINGS["labels"]["restart"])
+
+
+def change_run(section: Locator, dial: str, value: float, run: int) -> None:
+    """Change a dial, and show the end of the run of this number that then starts."""
+    drag(section, dial, value)
+    expect(section.locator('[data-value="run"]')).to_have_text(str(run))
+    finish_run(section)
+
+
+def test_pale_lines_name_how_their_runs_differ_from_the_current_one(page: Page) -> None:
+    section = show(page, "changing")
+    finish_run(section)
+    labels = section.locator(".run-label")
+    change_run(section, "cost", 0, run=2)
+    expect(labels).to_have_text(["cost 1"])
+    change_run(section, "period", 6, run=3)
+    assert sorted(labels.all_text_contents()) == [
+        "change every 10",
+        "change every 10",
+        "cost 1",
+    ]
+    chart = section.locator("svg.trend")
+    description = chart.get_attribute("aria-label") or ""
+    assert re.search(
+        r"\. cost 1, change every 10: open [\d.]+\. change every 10: open", description
+    )
+    # Runs with equal settings differ in their random numbers, so labels are their numbers.
+    section.locator(".play").click()
+    expect(section.locator('[data-value="run"]')).to_have_text("4")
+    finish_run(section)
+    expect(labels.filter(has_text="run 3")).to_have_count(1)
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (1280, 900)])
+def test_labels_of_runs_are_readable_in_every_window(
+    browser: Browser, essay: Path, width: int, height: int
+) -> None:
+    with open_essay(browser, essay, width, height) as page:
+        section = show(page, "puzzle")
+        finish_run(section)
+        for run, trials in enumerate([0, 1, 3], 2):
+            change_run(section, "trials", trials, run)
+        charts = section.locator("svg.trend")
+        for chart in charts.all():
+            assert chart.evaluate(LIST_OVERLAPS) == []
+            # The labels of the newest earlier run.
+            assert "100 guesses" in chart.locator(".run-label").all_text_contents()
+            box = read_box(chart)
+            for label in chart.locator(".run-label").all():
+                label_box = read_box(label)
+                assert label_box["x"] >= box["x"]
+                assert label_box["x"] + label_box["width"] <= box["x"] + box["width"]
+        assert page.evaluate(SMALLEST_TEXT) >= 11
+        page.emulate_media(media="print")
+        assert page.evaluate(SMALLEST_TEXT) >= 11
+
+
+# Hold the result of generation 4 of the next run with another learning rate until `release`.
+HOLD_GENERATION = """async () => {
+  const { LiveSource } = await import("lab/explorable/source.js");
+  const { start } = LiveSource.prototype;
+  window.held = new Promise(show => {
+    window.release = show;
+    LiveSource.prototype.start = async function (scene, changes, runs) {
+      const population = await start.call(this, scene, changes, runs);
+      if (!("learning.rate" in changes)) return population;
+      LiveSource.prototype.start = start;
+      const next = population.next.bind(population);
+      population.next = async () => {
+        const means = await next();
+        if (population.generation === 5) {
+          document.documentElement.dataset.held = "";
+          await window.held;
+        }
+        return means;
+      };
+      return population;
+    };
+  });
+}"""
+
+
+def test_a_generation_of_a_replaced_run_is_not_in_the_chart_of_the_next(page: Page) -> None:
+    section = show(page, "foragers")
+    page.evaluate(HOLD_GENERATION)
+    drag(section, "rate", 0.05)
+    expect(page.locator("html[data-held]")).to_be_attached()
+    drag(section, "fork", 20)
+    # The next run has begun.
+    expect(section.locator(".run-label").filter(has_text="off at 60").first).to_be_attached()
+    page.evaluate("release()")
+    finish_run(section)
+    draw_frames(page)
+    for curve in section.locator("polyline.curve").all():
+        points = (curve.get_attribute("points") or "").split()
+        generations = [float(point.split(",")[0]) for point in points]
+        assert generations == sorted(set(generations))
 
 
 def test_the_theory_follows_the_dials(page: Page) -> None:
@@ -411,6 +526,13 @@ def test_a_run_with_learning_is_compared_with_one_without(page: Page) -> None:
     expect(section.locator(".earlier")).to_have_count(1)
     names = [STRINGS["figures"][name] for name in ("alone", "learning")]
     assert sorted(section.locator(".direct-label").all_text_contents()) == names
+    expect(section.locator(".run-label")).to_have_count(0)
+    seed = section.get_by_label(STRINGS["editor"]["seed"])
+    first_seed = seed.input_value()
+    seed.fill("8")
+    seed.press("Enter")
+    section.get_by_role("button", name=STRINGS["editor"]["run"]).click()
+    expect(section.locator(".run-label").first).to_have_text(f"seed {first_seed}")
 
 
 @pytest.mark.parametrize(("host", "is_local"), [("localhost", True), ("baldwin.example", False)])
@@ -546,6 +668,10 @@ def test_a_translated_file_leaves_no_english_word_or_number(
         for step in ("evolution", "puzzle", "changing", "landscape", "foragers"):
             section = show(page, step)
             expect(section.locator("[data-value]").first).not_to_have_text("Ж")
+        puzzle = show(page, "puzzle")
+        expect(puzzle.locator('[data-value="generation"]')).not_to_have_text(re.compile("^[01Ж]$"))
+        drag(puzzle, "trials", 0)
+        expect(puzzle.locator(".run-label").first).to_contain_text("Ж")
         page.locator("#puzzle input[type=radio]").first.check()
         lesson = show(page, "learning")
         # The browser is English.

@@ -14,9 +14,9 @@ from math import comb
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import Sample
+from baldwinlab.core.deferred import stats
 
 # Largest product of the sample sizes for an exact p-value, reached by samples of 200 and 200. The
 # exact distribution of larger samples takes long to compute, and is nearly normal.

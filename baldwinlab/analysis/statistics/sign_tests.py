@@ -16,9 +16,10 @@ from math import nan
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special, stats
+from scipy import special
 
 from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
+from baldwinlab.core.deferred import stats
 
 
 def sign_tails(samples: Sample) -> tuple[Sample, Sample]:

@@ -44,8 +44,10 @@ const guide = new Guide(document.getElementById("about"));
 const savedViews = new Map();
 // {name, view}
 let shown = null;
+// A canvas needs the fonts before its first drawing.
+const fonts = loadFonts();
 // Milliseconds between two requests of the engine's state.
-const ENGINE_INTERVAL = 500;
+const ENGINE_INTERVAL = 100;
 let isEngineReady = false;
 // Milliseconds between two requests of any answer, and until a missing answer is reported.
 const ANSWER_INTERVAL = 2000;
@@ -85,8 +87,12 @@ async function show() {
   document.title = `${VIEWS[name].title} · baldwinlab`;
   applyAddress(target, isTabLink);
   const instance = (shown = { name, view: { update() {}, unmount() {} } });
-  if (VIEWS[name].simulates) await waitForEngine(() => shown === instance);
-  const { mount } = await VIEWS[name].load();
+  // The modules of the view load at the same time as the engine.
+  const [{ mount }] = await Promise.all([
+    VIEWS[name].load(),
+    fonts,
+    VIEWS[name].simulates ? waitForEngine(() => shown === instance) : null,
+  ]);
   // The user has opened another view in the meantime.
   if (shown !== instance) return;
   root.prepend(guide.root);
@@ -173,6 +179,5 @@ async function requestAnswer() {
 
 addEventListener("hashchange", show);
 showUnhandledErrors();
-await loadFonts();
 show();
 watchServer();

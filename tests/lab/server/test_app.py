@@ -262,7 +262,9 @@ def test_a_view_that_simulates_waits_for_the_engine(
     compiled = Event()
     with run_server(tmp_path, compiled.is_set) as server:
         page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
-        page.goto(f"/#/{view}")
+        # The modules of the view load in the meantime.
+        with page.expect_response(f"**/view_{view}.js"):
+            page.goto(f"/#/{view}")
         line = page.get_by_text("The lab is starting")
         expect(line).to_be_visible()
         # Results need no engine.

@@ -184,7 +184,7 @@ def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
         "recordings": json.loads(RECORDINGS_FILE.read_text("utf-8")),
         "needle": _collect_needle(),
         "climbers": _collect_climbers(),
-        "strings": {name: strings[name] for name in ("labels", "figures", "editor")},
+        "strings": {name: strings[name] for name in ("labels", "figures", "runs", "editor")},
     }
 
 

@@ -33,6 +33,11 @@ export class Dials {
     return Number(this.inputs.get(name).value);
   }
 
+  /** Return the names and the shown numbers of all dials. */
+  list() {
+    return [...this.inputs].map(([name, { value }]) => [name, this.format(name, Number(value))]);
+  }
+
   /** Return whether all dials have the value of the opened page. */
   get areUnchanged() {
     return [...this.inputs.values()].every(({ value, defaultValue }) => value === defaultValue);

@@ -62,7 +62,7 @@ export class EvolutionFigure extends Figure {
   async run(mayContinue) {
     // A lifetime of the previous round ends.
     this.player.ended();
-    this.chart.startRun();
+    this.chart.startRun(this.describeRun());
     const { curve } = this;
     const population = await this.startPopulation();
     const [run] = population.runs;

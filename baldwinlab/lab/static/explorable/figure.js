@@ -34,6 +34,7 @@ export class Figure {
     this.hasEnded = false;
     this.labels = this.data.strings.labels;
     this.strings = this.data.strings.figures;
+    this.runLabels = this.data.strings.runs;
     this.wantsPlay = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     // Continue when the figure plays again.
     this.waiting = [];
@@ -138,6 +139,14 @@ export class Figure {
     const { play, pause, restart } = this.labels;
     this.button.textContent = this.hasEnded ? restart : this.wantsPlay ? pause : play;
     this.endButton.disabled = this.hasEnded || this.button.disabled;
+  }
+
+  /** Return the settings of a run for the labels of its curves, see `RunSettings`. */
+  describeRun() {
+    return this.dials.list().map(([name, text]) => {
+      const kind = text === this.strings.never_changes ? "never" : name;
+      return [text, formatText(this.runLabels[kind], { value: text })];
+    });
   }
 
   setStatus(text) {

@@ -29,7 +29,7 @@ export class ForagerFigure extends Figure {
       series: [
         { name: "learning", label: strings.learning, color: "learned" },
         { name: "born", label: strings.innate, color: "innate" },
-        { name: "alone", label: strings.never, color: "control" },
+        { name: "alone", label: strings.never, color: "control", isControl: true },
       ],
     });
   }
@@ -61,10 +61,6 @@ export class ForagerFigure extends Figure {
     return el("div", { class: "bars" }, el("div", { class: "chart-title" }, title), rows);
   }
 
-  get fork() {
-    return this.dials.read("fork");
-  }
-
   async run(mayContinue) {
     this.startRun();
     const isRecorded = this.dials.areUnchanged;
@@ -76,6 +72,8 @@ export class ForagerFigure extends Figure {
       if (!(await mayContinue())) return learners?.close();
       const start = performance.now();
       const live = await learners?.next(generation);
+      // The reader can change a dial while a generation is simulated.
+      if (!(await mayContinue())) return learners?.close();
       this.addGeneration(generation, runs, live);
       if (!this.isSkipping) await wait(INTERVAL / this.speed - (performance.now() - start));
     }
@@ -84,7 +82,8 @@ export class ForagerFigure extends Figure {
   }
 
   startRun() {
-    this.chart.startRun();
+    this.fork = this.dials.read("fork");
+    this.chart.startRun(this.describeRun());
     this.chart.mark(this.fork, this.strings.learning_off);
     for (const name of ["learning", "after", "alone"]) this.setValue(name, this.strings.waiting);
   }
@@ -135,6 +134,7 @@ export class ForagerFigure extends Figure {
     if (!this.isNew) return;
     const runs = this.curves.alone.length;
     this.chart.clear();
+    this.fork = this.dials.read("fork");
     this.chart.mark(this.fork, this.strings.learning_off);
     this.title.textContent = formatText(this.strings.recorded_runs, { runs });
     for (let generation = 0; generation < this.generations; generation++)

@@ -35,7 +35,7 @@ export class LandscapeFigure extends RunFigure {
       { length: landscapes },
       (_, run) => createClimbers(changed, this.data.seed, run),
     );
-    this.chart.startRun();
+    this.chart.startRun(this.describeRun());
     for (const name of ["hidden", "guided"]) this.setValue(name, this.strings.waiting);
   }
 

@@ -1,7 +1,8 @@
 /** The reader's own experiment: an editor, settings, a run, a link, and the command. */
 
-import { createButton, createField, el } from "../core/common.js";
+import { createButton, createField, el, formatNumber } from "../core/common.js";
 import { EvolutionFigure } from "./evolution_figure.js";
+import { formatText } from "./figure.js";
 import { fillTemplate, findProgram } from "../engine/program_table.js";
 import { MapEditor } from "./map_editor.js";
 import {
@@ -13,6 +14,7 @@ import {
   encodeMap,
   formatCommand,
   isOpen,
+  KINDS,
   NUMBERS,
 } from "./map_settings.js";
 
@@ -109,6 +111,17 @@ export class MapFigure extends EvolutionFigure {
   showButton() {
     super.showButton();
     if (this.texts && !this.wantsPlay) this.button.textContent = this.texts.run;
+  }
+
+  describeRun() {
+    const { settings, runLabels } = this;
+    return [
+      [JSON.stringify(KINDS.map((kind) => settings[kind])), runLabels.map],
+      ...Object.keys(NUMBERS).map((name) => [
+        settings[name],
+        formatText(runLabels[name], { value: formatNumber(settings[name]) }),
+      ]),
+    ];
   }
 
   startPopulation() {

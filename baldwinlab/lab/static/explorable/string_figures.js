@@ -2,7 +2,7 @@
 
 import { el, formatNumber } from "../core/common.js";
 import { palette } from "../core/palette.js";
-import { RunFigure } from "./figure.js";
+import { formatText, RunFigure } from "./figure.js";
 import { computeBalance, NeedlePopulation, OPEN } from "./needle_model.js";
 import { TrendChart } from "./trend_chart.js";
 
@@ -43,6 +43,11 @@ class StringFigure extends RunFigure {
     this.population = new NeedlePopulation(this.listSettings(), this.data.seed, this.runs);
     this.runs += 1;
     this.setValue("run", formatNumber(this.runs));
+  }
+
+  /** Start a run in a chart. Its number tells it apart from runs with equal settings. */
+  startChart(chart) {
+    chart.startRun(this.describeRun(), formatText(this.runLabels.run, { value: this.runs }));
   }
 
   /** Simulate a generation and show it. Return its means. */
@@ -108,8 +113,8 @@ export class PuzzleFigure extends StringFigure {
 
   start() {
     super.start();
-    this.shares.startRun();
-    this.trials.startRun();
+    this.startChart(this.shares);
+    this.startChart(this.trials);
   }
 
   advance(generation) {
@@ -150,7 +155,7 @@ export class ChangingFigure extends StringFigure {
 
   start() {
     super.start();
-    this.chart.startRun();
+    this.startChart(this.chart);
     const theory = computeBalance(this.listSettings());
     this.chart.reference = { y: 100 * theory, text: this.strings.theory, color: "text" };
     this.setValue("theory", formatShare(theory));
