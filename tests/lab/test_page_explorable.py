@@ -126,6 +126,8 @@ def finish_run(section: Locator) -> None:
     end = section.get_by_role("button", name=STRINGS["labels"]["end"])
     end.evaluate("button => button.click()")
     expect(section.locator(".play")).to_have_text(STRINGS["labels"]["restart"])
+    # Charts are drawn in the next frame.
+    draw_frames(section.page)
 
 
 def change_run(section: Locator, dial: str, value: float, run: int) -> None:
@@ -218,7 +220,6 @@ def test_a_generation_of_a_replaced_run_is_not_in_the_chart_of_the_next(page: Pa
     expect(section.locator(".run-label").filter(has_text="off at 60").first).to_be_attached()
     page.evaluate("release()")
     finish_run(section)
-    draw_frames(page)
     for curve in section.locator("polyline.curve").all():
         points = (curve.get_attribute("points") or "").split()
         generations = [float(point.split(",")[0]) for point in points]
