@@ -87,7 +87,8 @@ def lab(
         path = f"{prefix or ''}/?token="
         address = f"http://{LAB_HOST}:{bound_port}{path}"
         console.info(
-            f"The lab is open at {address}{access.token} and shows {directory}. Ctrl-C closes it.",
+            f"The lab is open at {address}{access.token} and shows {directory.resolve()}. "
+            "Ctrl-C closes it.",
             has_address=True,
         )
         if prefix is not None:

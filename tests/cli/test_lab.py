@@ -86,6 +86,17 @@ def test_a_narrow_terminal_does_not_break_the_printed_address(
     assert f"/?token={served[0].token} and shows" in printed.getvalue()
 
 
+def test_the_lab_of_the_present_folder_prints_the_path_of_this_folder(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    printed = StringIO()
+    monkeypatch.setattr(lab, "_serve", lambda *_, **__: None)
+    monkeypatch.setattr(console, "console", Console(width=1000, file=printed))
+    monkeypatch.chdir(tmp_path)
+    lab.lab(Path(), port=0, browser=False)
+    assert f" and shows {tmp_path.resolve()}. Ctrl-C closes it." in printed.getvalue()
+
+
 # The pauses of the lab end the functions that prepare the first page.
 FIRST_LIFETIME = """
 import sys, time
