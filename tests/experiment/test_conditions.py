@@ -96,7 +96,7 @@ def test_the_report_of_a_study_has_maps_and_learners(tmp_path: Path) -> None:
     publish_study(plan)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     texts = re.findall("<text[^>]*>([^<]*)</text>", picture)
-    assert {"Map A, best agent", "Map B, best agent", "evo+self-taught", "mine/A"} <= set(texts)
+    assert {"Map A, best agent", "Map B, best agent", "evo", "mine/A"} <= set(texts)
 
 
 def test_custom_conditions_with_names_of_variants_are_not_a_multiverse(tmp_path: Path) -> None:
