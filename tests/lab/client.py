@@ -156,6 +156,18 @@ def wait_for(page: Page, condition: Callable[[], bool]) -> None:
     wait_until(condition, lambda _: page.wait_for_timeout(25))
 
 
+def repeat_until(condition: Callable[[], bool], gesture: Callable[[], object]) -> None:
+    """Repeat a gesture until a condition is true.
+
+    A busy browser takes a touch for itself if the page does not answer in time.
+    """
+    for _ in range(10):
+        gesture()
+        if condition():
+            return
+    raise AssertionError("no gesture had an effect")
+
+
 def draw_frames(page: Page) -> None:
     """Wait for 20 frames, so that all changes are drawn, and a moving picture would have moved."""
     page.evaluate(

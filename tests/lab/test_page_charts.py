@@ -96,7 +96,7 @@ def test_save_figure_gives_the_figure_of_the_report_in_four_formats(
             # Text is text, and the only panel is the one on the screen.
             texts = re.findall(r"<text[^>]*>([^<]*)<", content.decode())
             assert [text for text in texts if "agent" in text][:1] == ["Map A, best agent"]
-            assert {"evo", "evo+self-taught"} <= {*texts}
+            assert {"evo", "evo+", "self-taught"} <= {*texts}
             assert "Map A, average agent" not in texts
     rows = [*csv.DictReader(content.decode().splitlines())]
     # Only the measure that is on the screen is saved.

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.axe import find_violations
-from tests.lab.client import LabServer, draw_frames, read_box, wait_for
+from tests.lab.client import LabServer, draw_frames, read_box, repeat_until, wait_for
 
 # Origin and scale of the map in the canvas, in CSS pixels.
 GEOMETRY = """async canvas => {
@@ -119,15 +119,23 @@ def test_a_finger_scrolls_the_page_from_empty_places_and_moves_shapes(phone: Pag
     swipe(phone, (100, 500), (100, 300))
     wait_for(phone, lambda: main.evaluate("main => main.scrollTop") > 0)
     assert read_changes(phone) == {}
-    main.evaluate("main => main.scrollTo(0, 0)")
-    draw_frames(phone)
-    swipe(phone, (480, 160), (480, 400))
-    wait_for(phone, lambda: "world.food" in read_changes(phone))
+
+    def move_food() -> None:
+        main.evaluate("main => main.scrollTo(0, 0)")
+        draw_frames(phone)
+        swipe(phone, (480, 160), (480, 400))
+
+    repeat_until(lambda: "world.food" in read_changes(phone), move_food)
     assert read_changes(phone)["world.food"][0]["y"] == [320, 480]
     choose(phone, "Add wall")
     draw_frames(phone)
     # The choice of a tool can scroll it into view.
     position = main.evaluate("main => main.scrollTop")
-    swipe(phone, (100, 300), (140, 500))
-    wait_for(phone, lambda: "world.walls.boxes" in read_changes(phone))
+
+    def draw_wall() -> None:
+        main.evaluate("(main, top) => main.scrollTo(0, top)", position)
+        draw_frames(phone)
+        swipe(phone, (100, 300), (140, 500))
+
+    repeat_until(lambda: "world.walls.boxes" in read_changes(phone), draw_wall)
     assert main.evaluate("main => main.scrollTop") == position
