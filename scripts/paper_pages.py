@@ -103,9 +103,10 @@ if __name__ == "__main__":
     for entry in entries:
         name = entry.paper.name
         page = papers.load(name).folder / "README.md"
-        for picture, figure in read_pictures(page.read_text("utf-8")):
+        text = page.read_text("utf-8")
+        for picture, figure in read_pictures(text):
             draw_picture(entry.directory / figure).save(page.parent / picture, optimize=True)
         if answers := [decision for decision in all_decisions if decision.system.paper == name]:
             results = render_answers(answers, StudyStore(entry.directory).seed)
-            if START in page.read_text("utf-8"):
+            if START in text:
                 write_results(page, results)

@@ -118,8 +118,8 @@ def _run_missing(
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
         study.remove_abandoned_files()
-        n_runs = format_count(request.total_runs, "run")
-        console.info(f"{study.location}: {n_runs} stored, none to do")
+        runs = format_count(request.total_runs, "run")
+        console.info(f"{study.location}: {runs} stored, none to do")
         return study
     _announce_runs(study, missing, request)
     # There is at least one task for each worker if there are as many runs.

@@ -33,7 +33,8 @@ MAX_PORT = 65535
 ROOT_PATH_PATTERN: Final = re.compile(r"(/[\w.~@-]+)*/?", re.ASCII)
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
 OTHER_TABS_DELAY_SECONDS = 5
-"""Time from the imports for the first lifetime to those for other tabs, in which it is drawn."""
+"""Time between the imports for the first lifetime and those for other tabs. The page draws the
+lifetime meanwhile."""
 
 
 def lab(

@@ -47,11 +47,11 @@ def name_learners(contrasts: Contrasts) -> dict[str, str]:
     For example {"evo+self-taught": "agents that learn", "evo": "agents that do not learn"}.
     """
     pairs = {_name_pair(contrasts, row): row for row in contrasts.rows}
-    for pair, row in pairs.items():
-        learns = [contrasts.learns.get(name) for name in (row.condition, row.reference)]
-        if len(pairs) == 1 and learns == [True, False]:
-            return dict(zip(pair, LEARNERS, strict=True))
-    return {}
+    if len(pairs) != 1:
+        return {}
+    ((pair, row),) = pairs.items()
+    learns = [contrasts.learns.get(name) for name in (row.condition, row.reference)]
+    return dict(zip(pair, LEARNERS, strict=True)) if learns == [True, False] else {}
 
 
 def describe_statistic(contrasts: Contrasts) -> str:

@@ -181,8 +181,8 @@ def _branch(
     """Return the mean fitness [branch and run, horizon] after common generations.
 
     `branches` [branch]: genomes of all runs, which evolve further without learning. A run has the
-    same random numbers in all branches. All branches are one batch, because a generation of a batch
-    takes some time for any number of agents.
+    same random numbers in all branches. All branches are one batch, because a generation has costs
+    that do not depend on the number of agents.
     """
     first = control.evolution.generations - 1
     generations = range(first, first + _last_horizon(cell) + 1)
