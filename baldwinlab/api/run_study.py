@@ -52,7 +52,9 @@ from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.run_task import Callback
+from baldwinlab.studies.status import require_complete_runs
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_length import hold_length, read_stored_generations
 
 
 @dataclass(frozen=True)
@@ -115,12 +117,24 @@ def _run_missing(
     request: StudyRequest, execution: ExecutionPlan, callback: Callback | None
 ) -> StudyStore:
     study = _open_or_create(request)
+    with hold_length(study):
+        _simulate_missing(study, request, execution, callback)
+    return study
+
+
+def _simulate_missing(
+    study: StudyStore,
+    request: StudyRequest,
+    execution: ExecutionPlan,
+    callback: Callback | None,
+) -> None:
+    """Find and simulate the missing runs of a study."""
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
         study.remove_abandoned_files()
         runs = format_count(request.total_runs, "run")
         console.info(f"{study.location}: {runs} stored, none to do")
-        return study
+        return
     _announce_runs(study, missing, request)
     # There is at least one task for each worker if there are as many runs.
     n_missing = sum(map(len, missing.values()))
@@ -143,7 +157,6 @@ def _run_missing(
             callback=partial(_call_alone, Lock(), callback) if callback else None,
             observe=curves.add if is_observed else None,
         )
-    return study
 
 
 def _call_alone(lock: Lock, callback: Callback, dataset: xr.Dataset) -> None:
@@ -205,8 +218,7 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
 def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: bool) -> None:
     """Raise RefusedError if too little memory or disk is free for the runs or the later work."""
     missing = [
-        (experiment, count_missing_runs(request, experiment.name))
-        for experiment in request.experiments
+        (experiment, count_missing_runs(request, experiment)) for experiment in request.experiments
     ]
     need = memory.estimate_runs(
         missing,
@@ -221,12 +233,17 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
         memory.require_storable_record(experiment)
 
 
-def count_missing_runs(request: StudyRequest, condition: str) -> int:
-    """Return the number of requested runs of a condition that no file of the study contains."""
+def count_missing_runs(request: StudyRequest, experiment: Experiment) -> int:
+    """Return the number of requested runs of a condition that are not stored completely."""
     if not is_study(request.directory):
         return request.runs
+    stored_generations = read_stored_generations(request.directory, experiment.name)
+    if stored_generations != experiment.evolution.generations:
+        # An extension writes all records again.
+        return request.runs
     runs = set(range(request.first_run, request.first_run + request.runs))
-    return len(runs.difference(list_stored_runs(condition_folder(request.directory, condition))))
+    folder = condition_folder(request.directory, experiment.name)
+    return len(runs.difference(list_stored_runs(folder)))
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:
@@ -367,6 +384,7 @@ def run_missing_assays(
     require_branch_length(generations, names)
     executor = options.make_executor()
     study.require_parts()
+    require_complete_runs(study)
     for sentence in not_applicable_reasons(study, names):
         console.info(sentence)
     missing = find_missing_assays(study, names, generations)
@@ -393,7 +411,10 @@ def run_missing_assays(
         n_missing = sum(map(len, find_missing_assays(study, names, generations).values()))
         return f"{n_assays - n_missing} of {n_assays} assays are stored in {study.location}"
 
-    with report_progress_on_error(study.directory, describe_stored_assays):
+    with (
+        hold_length(study),
+        report_progress_on_error(study.directory, describe_stored_assays),
+    ):
         run_assays(
             study,
             missing,

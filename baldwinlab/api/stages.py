@@ -204,7 +204,7 @@ def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
     """Return the number of agent-steps of the runs and assays that have no file."""
     steps = 0
     for experiment in request.experiments:
-        n_missing = count_missing_runs(request, experiment.name)
+        n_missing = count_missing_runs(request, experiment)
         steps += n_missing * count_agent_steps(experiment)
         if is_assayed:
             path = assay_path(request.directory, UNSEEN_MAPS, experiment.name)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
 from baldwinlab.api.export.table import StudyTable
+from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import Experiment
@@ -21,6 +22,7 @@ from baldwinlab.simulation.replay import (
     require_simulated,
 )
 from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.status import format_incomplete_sentence
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
 
@@ -154,6 +156,7 @@ class StudyRuns:
         >>> dict(study.data().energy.sizes)
         {'condition': 2, 'run': 5, 'generation': 2, 'agent': 20}
         """
+        console.warn_if_any(format_incomplete_sentence(self._store))
         if conditions is None and self._store.kind == SWEEP:
             return open_sweep(self.directory)
         return open_runs(self.directory, conditions)

@@ -226,6 +226,12 @@ def info_if_any(message: str) -> None:
         info(message)
 
 
+def warn_if_any(message: str) -> None:
+    """Print a warning unless it is empty."""
+    if message:
+        warn(message)
+
+
 def warn(message: str) -> None:
     """Print a warning or an error on stderr."""
     errors.print(f"baldwinlab: {clip_for_terminal(_shorten_paths(message))}", markup=False)

@@ -210,19 +210,22 @@ def _create_locked(path: Path, is_folder: bool) -> tuple[Path, int | None]:
         # Another process can remove the file before it is locked. Then the loop creates a new file.
         with suppress(FileNotFoundError):
             handle = os.open(partial_path, os.O_RDONLY if is_folder else os.O_RDWR)
-            if _can_lock(handle) and _is_at(partial_path, handle):
+            if try_lock(handle) and _is_at(partial_path, handle):
                 return partial_path, handle
             os.close(handle)
 
 
-def _can_lock(handle: int) -> bool:
-    """Lock an open file. Return False if another process has locked it."""
+def try_lock(handle: int, *, is_exclusive: bool = True) -> bool:
+    """Lock an open file or folder. Return False if the lock of another process excludes it."""
+    if fcntl is None:
+        return True
+    mode = fcntl.LOCK_EX if is_exclusive else fcntl.LOCK_SH
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(handle, mode | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:
-        # The file system has no locks, so no process removes the file.
+        # The file system has no locks.
         return True
     return True
 

@@ -69,6 +69,12 @@ def replace_generations(text: str, n_generations: int) -> str:
     return _GENERATIONS_PATTERN.sub(rf"\g<1>{n_generations}", text, count=1)
 
 
+def read_generations(text: str) -> int | None:
+    """Return the number of generations in the TOML text of an experiment, None if it has none."""
+    match = _GENERATIONS_PATTERN.search(text)
+    return int(match[0][len(match[1]) :]) if match else None
+
+
 def select_attributes(batch: xr.Dataset, index: int) -> dict[str, Any]:
     """Return the attributes of the record of one run of a batch."""
     attributes: dict[str, Any] = {}

@@ -42,6 +42,7 @@ from baldwinlab.studies.study_file import (
     save_sources,
     write_copies,
 )
+from baldwinlab.studies.study_length import change_length
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
@@ -258,16 +259,18 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
     `generations`: at least the present number of generations of each condition. For a smaller
-    number, and for a sweep or a multiverse, the function raises `StudyError` before it writes.
+    number, for a sweep or a multiverse, and while another process simulates the study, the function
+    raises `StudyError` before it writes.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:
         return study
-    for name, experiment in extended.items():
-        path = study.directory / "runs" / name / "experiment.toml"
-        write_atomically(path, add_checksum(to_toml(experiment)).encode())
-    if study.paper:
-        _add_change(study, extended, f"{GENERATIONS_FIELD}={generations}")
+    with change_length(study):
+        for name, experiment in extended.items():
+            path = study.directory / "runs" / name / "experiment.toml"
+            write_atomically(path, add_checksum(to_toml(experiment)).encode())
+        if study.paper:
+            _add_change(study, extended, f"{GENERATIONS_FIELD}={generations}")
     return StudyStore(study.directory)
 
 

@@ -41,6 +41,9 @@ class ProcessProgress(NamedTuple):
     runs: int  # Number of runs of all conditions together, when the process ends.
     agent_steps: int  # Number of agent-steps that the process must simulate.
     agent_steps_done: int = 0  # Number of these agent-steps that are finished.
+    # Duration from the start to the last write, in seconds. The clock of `began` and `updated` can
+    # be set during a simulation.
+    seconds: float = 0.0
 
     @classmethod
     def begin(
@@ -74,9 +77,13 @@ class ProcessProgress(NamedTuple):
 
     @property
     def steps_per_second(self) -> float:
-        """Mean number of agent-steps per second since the start."""
-        # The maximum avoids a division by 0.
-        return self.agent_steps_done / max(self.updated - self.began, 1e-9)
+        """Mean number of agent-steps per second since the start, 0 if it is unknown."""
+        return compute_rate(self.agent_steps_done, self.seconds)
+
+
+def compute_rate(agent_steps: int, seconds: float) -> float:
+    """Return the number of agent-steps per second, 0 if no time has passed."""
+    return agent_steps / seconds if seconds > 0 else 0.0
 
 
 class ProgressFile:
@@ -96,13 +103,15 @@ class ProgressFile:
         self._progress = progress
         self._count_workers = count_workers
         self._path = directory / progress.file_name
+        self._started_at = time.monotonic()
         self._write()
 
     def add(self, agent_steps: int) -> None:
         """Count finished agent-steps, and write the file if `WRITE_INTERVAL` has passed."""
         done = self._progress.agent_steps_done + agent_steps
         self._progress = self._progress._replace(agent_steps_done=done)
-        if time.time() - self._progress.updated < WRITE_INTERVAL:
+        seconds_since_write = time.monotonic() - self._started_at - self._progress.seconds
+        if seconds_since_write < WRITE_INTERVAL:
             return
         if self._count_workers:
             # If the cluster is lost, the executor raises an error with a better message.
@@ -111,7 +120,8 @@ class ProgressFile:
         self._write()
 
     def _write(self) -> None:
-        self._progress = self._progress._replace(updated=time.time())
+        seconds = time.monotonic() - self._started_at
+        self._progress = self._progress._replace(updated=time.time(), seconds=seconds)
         content = json.dumps(self._progress._asdict()).encode()
         # If the study cannot be written, the next record raises an error with a better message.
         with suppress(OSError):

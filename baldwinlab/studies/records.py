@@ -131,6 +131,16 @@ def _require_origin(
             f"it is {origin}, and {file} of {experiment.name} with seed {seed} {verb} there"
         )
     fields = parse_fields(str(attributes.get("experiment", "")), type(experiment))
+    n_generations = fields["evolution"]["generations"]
+    if n_generations > experiment.evolution.generations and _is_same_run(
+        experiment.to_dict(), fields
+    ):
+        # The file is complete, so it must not be renamed or written again with fewer generations.
+        raise StudyError(
+            f"{file.path} has {n_generations} generations, and {experiment.name} has "
+            f"{experiment.evolution.generations}: another process has extended the study, or the "
+            "file belongs to an extended copy. Repeat the command, or remove the file."
+        )
     if not _is_same_run(fields, experiment.to_dict()):
         raise DamagedRecordError(
             f"the experiment that it was made with is not that of {experiment.name} in this study"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, closing
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager
 from datetime import UTC, datetime
+from itertools import groupby
 from typing import Final
 
 from baldwinlab.engine.threads import use_threads
@@ -28,8 +29,8 @@ from baldwinlab.studies.executors import (
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_files import RecordFile, assign_runs
 from baldwinlab.studies.records import DamagedRecordError, RunLengths
-from baldwinlab.studies.run_task import Callback, Observer, RunTask
-from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.run_task import Callback, Observer, RecordWriter, RunTask
+from baldwinlab.studies.store import INTERRUPTED, StudyStore
 
 # Maximum number of tasks of a study, unless a worker would have fewer than two tasks.
 # See docs/how-to/clusters.md.
@@ -96,17 +97,19 @@ def plan_tasks(
     callback: Callback | None = None,
     *,
     has_shared_threads: bool = False,
+    is_one_process: bool = True,
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
-    A task has the number of runs of `count_task_runs`. It has more runs to fill a file of records,
-    or if there would be more than `MAX_TASKS` tasks and more than two tasks per worker. A task has
-    fewer runs if a worker would have no task otherwise.
+    A task has the number of runs of `count_task_runs`. It has more runs if there would be more than
+    `MAX_TASKS` tasks and more than two tasks per worker. The files of records do not depend on the
+    tasks: the tasks of one process share a writer, and other tasks have all runs of their files.
 
     - `worlds`: best number of worlds in a batch of the backend.
     - `callback`: called after each generation of a run, in the thread of its task.
     - `has_shared_threads`: whether all tasks share the threads of one process. Then few large tasks
       use all cores.
+    - `is_one_process`: whether this process executes all tasks.
     """
     total_runs = sum(len(runs) for runs in missing.values())
     max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * workers)
@@ -120,18 +123,18 @@ def plan_tasks(
         )
         n_runs = count_task_runs(experiment, total_runs, n_workers, worlds)
         n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
-        file_size = runs_per_file(experiment)
-        n_files = math.ceil(n_runs / file_size)
-        runs_per_task = max(1, min(n_files * file_size, max(n_runs, total_runs // workers)))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
-            n_tasks = math.ceil(len(runs) / runs_per_task)
-            # Equal tasks end at about the same time, and unequal tasks fill files.
-            size = math.ceil(len(runs) / n_tasks) if file_size == 1 else runs_per_task
-            for start in range(0, len(runs), size):
+            writer = None
+            if is_one_process:
+                is_new = n_generations == 0
+                writer = RecordWriter(study.directory, experiment, runs, is_new=is_new)
+            blocks = [[run] for run in runs] if writer else _group_by_file(experiment, runs)
+            for task_runs in _join_blocks(blocks, n_runs):
                 task = RunTask(
                     experiment=experiment,
-                    runs=tuple(runs[start : start + size]),
+                    runs=tuple(task_runs),
+                    writer=writer,
                     # The last stored generation is simulated again.
                     n_stored=max(0, n_generations - 1),
                     is_new=n_generations == 0,
@@ -140,6 +143,29 @@ def plan_tasks(
                 )
                 tasks.append(task)
     return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
+
+
+def _group_by_file(experiment: Experiment, runs: Sequence[int]) -> list[list[int]]:
+    """Return the runs in groups that `RecordWriter` stores together."""
+    size = runs_per_file(experiment)
+    return [list(group) for _, group in groupby(runs, lambda run: run // size)]
+
+
+def _join_blocks(blocks: Sequence[Sequence[int]], n_runs: int) -> Iterator[list[int]]:
+    """Yield the runs of tasks, which have complete blocks and at least about `n_runs` runs each.
+
+    The tasks have about equal numbers of runs, so that they end at about the same time.
+    """
+    total_runs = sum(map(len, blocks))
+    size = math.ceil(total_runs / math.ceil(total_runs / n_runs))
+    runs: list[int] = []
+    for block in blocks:
+        runs.extend(block)
+        if len(runs) >= size:
+            yield runs
+            runs = []
+    if runs:
+        yield runs
 
 
 def _group_by_stored(
@@ -187,6 +213,7 @@ def run_study(
         checkpoint_interval,
         callback,
         has_shared_threads=can_share_threads(executor, backend),
+        is_one_process=executor.name == THREADS.name,
     )
     tasks = [task._replace(observe=observe) for task in tasks]
     # If several threads simulate a large world, the engine compiles other code for this world.
@@ -205,6 +232,7 @@ def run_study(
     try:
         with (
             progress("simulating", total_steps) as show_progress,
+            _flush_writers(tasks),
             closing(ProgressFile(study.directory, start, executor.count_workers)) as progress_file,
             closing(executor.run(study, tasks, workers, backend)) as increments,
         ):
@@ -212,6 +240,9 @@ def run_study(
                 agent_steps_done += agent_steps
                 show_progress(agent_steps)
                 progress_file.add(agent_steps)
+    except KeyboardInterrupt:
+        error_of_session = INTERRUPTED
+        raise
     except BaseException as error:
         error_of_session = str(error) or type(error).__name__
         raise
@@ -231,6 +262,16 @@ def run_study(
             # The progress counts the generations after a stop, which were not simulated.
             n_simulated = agent_steps_done - _count_omitted_steps(study, tasks)
             study.add_session(session | {"agent_steps": n_simulated})
+
+
+@contextmanager
+def _flush_writers(tasks: Sequence[RunTask]) -> Iterator[None]:
+    """Store the finished runs of interrupted tasks, which share writers, at the end."""
+    try:
+        yield
+    finally:
+        for writer in {task.writer for task in tasks if task.writer}:
+            writer.flush()
 
 
 def _count_requested_runs(study: StudyStore, missing: dict[str, list[int]]) -> int:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
+from threading import Lock
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ from baldwinlab.studies.record_files import (
     split_runs,
 )
 from baldwinlab.studies.records import write_in_study
+from baldwinlab.studies.study_length import require_same_length
 
 # Minimum number of agent-steps (about ten seconds) of a task that searches for the runs stored by
 # an earlier attempt. A smaller task repeats all runs, which is faster than a list of many files.
@@ -51,49 +53,83 @@ Observer = Callable[[str, int, float, int], None]
 
 
 class RecordWriter:
-    """Collect the finished runs of a task, and store them when a file is full.
+    """Collect finished runs, and store them when all runs of a block are finished.
 
-    `is_new`: whether no file holds any of the runs. Then the folder is not listed, because a list
-    of many files takes long.
+    A block is the runs whose numbers have the same quotient by the number of runs in a file. So the
+    files depend neither on the tasks that share the writer, nor on the order in which runs finish.
+    Nothing is stored if another process has changed the length of the study, so that no stored run
+    becomes shorter.
+
+    - `runs`: the runs that the tasks will finish.
+    - `is_new`: whether no file holds any of the runs. Then the folder is not listed, because a list
+      of many files takes long.
     """
 
     def __init__(
-        self, directory: Path, experiment: BaseExperiment, *, is_new: bool = False
+        self,
+        directory: Path,
+        experiment: BaseExperiment,
+        runs: Iterable[int],
+        *,
+        is_new: bool = False,
     ) -> None:
         self.directory = directory
-        self._condition = experiment.name
+        self._experiment = experiment
         self._runs_per_file = runs_per_file(experiment)
         self._folder = condition_folder(directory, experiment.name)
-        self._files = [] if is_new else list_record_files(self._folder)
+        self._files = [] if is_new else None
         self._keys = BatchKeys()
-        self._histories: dict[int, History] = {}
+        self._unfinished: dict[int, set[int]] = {}
+        for run in runs:
+            self._unfinished.setdefault(run // self._runs_per_file, set()).add(run)
+        self._histories: dict[int, dict[int, History]] = {}
         self._runs_with_checkpoints: set[int] = set()
+        # Tasks on several threads share a writer.
+        self._lock = Lock()
 
     def add(self, history: History, *, has_checkpoint: bool) -> None:
-        """Store a finished run, at once or with later runs."""
-        self._histories[history.run] = history
-        if has_checkpoint:
-            self._runs_with_checkpoints.add(history.run)
-        if len(self._histories) >= self._runs_per_file:
-            self.flush()
+        """Store a finished run, at once or with later runs. Raises OSError."""
+        block = history.run // self._runs_per_file
+        with self._lock:
+            self._histories.setdefault(block, {})[history.run] = history
+            if has_checkpoint:
+                self._runs_with_checkpoints.add(history.run)
+        self.omit([history.run])
+
+    def omit(self, runs: Iterable[int]) -> None:
+        """Do not wait for runs that no task will add. Raises OSError."""
+        with self._lock:
+            for run in runs:
+                block = run // self._runs_per_file
+                unfinished = self._unfinished.get(block, set())
+                unfinished.discard(run)
+                if not unfinished:
+                    self._store(block)
 
     def flush(self) -> None:
         """Store all finished runs. Raises OSError."""
-        if not self._histories:
-            return
-        first, last = min(self._histories), max(self._histories)
-        files = [file for file in self._files if file.first <= last and file.last >= first]
-        for runs in split_runs(list(self._histories), assign_runs(files)):
-            for histories in self._split(runs):
-                self._write(histories)
-                for history in histories:
-                    del self._histories[history.run]
-                    if history.run in self._runs_with_checkpoints:
-                        remove_checkpoint(self.directory, self._condition, history.run)
+        with self._lock:
+            for block in list(self._histories):
+                self._store(block)
 
-    def _split(self, runs: Sequence[int]) -> Iterator[list[History]]:
-        """Yield histories of consecutive runs that one file can hold."""
-        histories = [self._histories[run] for run in runs]
+    def _store(self, block: int) -> None:
+        """Store the finished runs of a block."""
+        histories = self._histories.pop(block, {})
+        if not histories:
+            return
+        if self._files is None:
+            self._files = list_record_files(self._folder)
+        first, last = min(histories), max(histories)
+        files = [file for file in self._files if file.first <= last and file.last >= first]
+        for runs in split_runs(list(histories), assign_runs(files)):
+            for group in self._split([histories[run] for run in runs]):
+                self._write(group)
+                for history in group:
+                    if history.run in self._runs_with_checkpoints:
+                        remove_checkpoint(self.directory, self._experiment.name, history.run)
+
+    def _split(self, histories: Sequence[History]) -> Iterator[list[History]]:
+        """Divide histories of consecutive runs into groups that one file can hold."""
         for _, group in groupby(histories, self._keys.key):
             similar = list(group)
             # `runs_per_file` does not count the bytes of the run arrays of parts.
@@ -110,9 +146,10 @@ class RecordWriter:
 
     def _write(self, histories: Sequence[History]) -> None:
         """Write a file of one run or of a batch."""
+        require_same_length(self.directory, self._experiment)
         first_run, last_run = histories[0].run, histories[-1].run
         if first_run == last_run:
-            path = record_path(self.directory, self._condition, first_run)
+            path = record_path(self.directory, self._experiment.name, first_run)
             write_in_study(self.directory, path, encode_history(histories[0]))
             return
         path = self._folder / record_name(first_run, last_run)
@@ -129,6 +166,8 @@ class RunTask(NamedTuple):
     checkpoint_interval: Interval = EVERY_MINUTE
     callback: Callback | None = None
     observe: Observer | None = None
+    # The writer that tasks in one process share. By default a task has its own writer.
+    writer: RecordWriter | None = None
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -157,15 +196,19 @@ class RunTask(NamedTuple):
         runs = [run for run in self.runs if not self._is_complete(stored.get(run))]
         if n_complete := len(self.runs) - len(runs):
             report_progress(n_complete * self._agent_steps_per_run)
-        writer = RecordWriter(directory, self.experiment, is_new=self.is_new and not stored)
+        writer = self.writer or RecordWriter(
+            directory, self.experiment, self.runs, is_new=self.is_new and not stored
+        )
+        writer.omit(set(self.runs).difference(runs))
         simulate = partial(self._simulate_batch, seed, backend, writer, report_progress)
         try:
             for start in range(0, len(runs), batch_size):
                 batch = runs[start : start + batch_size]
                 simulate({run: stored.get(run) for run in batch})
         finally:
-            # An interrupted task stores its finished runs.
-            writer.flush()
+            # The runs of an interrupted task. A shared writer also waits for other tasks.
+            if writer is not self.writer:
+                writer.flush()
 
     def _find_stored(self, seed: int, directory: Path) -> dict[int, StoredLength]:
         """Return the lengths of the runs that another attempt or process has stored, by run."""

@@ -20,9 +20,10 @@ from baldwinlab._version import __version__
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, is_local, parse_json, quote_path, read_text
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, stored_checksum
+from baldwinlab.core.numbers import format_count
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.studies.open import describe_sample
-from baldwinlab.studies.progress import ProcessProgress, read_progress
+from baldwinlab.studies.progress import ProcessProgress, compute_rate, read_progress
 from baldwinlab.studies.record_files import (
     RecordFile,
     assign_runs,
@@ -30,7 +31,7 @@ from baldwinlab.studies.record_files import (
     list_stored_runs,
 )
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.store import INTERRUPTED, StudyStore
 
 CLAIMS_FILE: Final = "claims.json"
 
@@ -87,7 +88,13 @@ def read_status(study: StudyStore) -> StudyStatus:
         for progress in processes
         if not progress.is_running
     ]
-    if error := last_session.get("error"):
+    error = last_session.get("error")
+    if error == INTERRUPTED:
+        failures.append(
+            f"the last session was interrupted; `baldwinlab run {quote_path(study.directory)}` "
+            "resumes it"
+        )
+    elif error:
         failures.append(f"the last session ended with an error: {error}")
     n_runs = _count_runs_of_condition(study, processes, last_session)
     done = {}
@@ -97,7 +104,7 @@ def read_status(study: StudyStore) -> StudyStatus:
     missing = {condition: max(0, n_runs - count) for condition, count in done.items()}
     speed = sum(progress.steps_per_second for progress in running)
     if not running and last_session:
-        speed = last_session["agent_steps"] / max(last_session["seconds"], 1e-9)
+        speed = compute_rate(last_session["agent_steps"], last_session["seconds"])
     steps_left = _count_steps_left(study, missing, running)
     seconds_left = steps_left / speed if speed else None
     if not steps_left:
@@ -137,7 +144,10 @@ def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[s
     """Return the number of complete runs, and a sentence for each damaged file."""
     generations = study.experiments[condition].evolution.generations
     folder = condition_folder(study.directory, condition)
-    damaged = [f"{path} was damaged; its runs are done again" for path in folder.glob("*.damaged")]
+    damaged = [
+        f"{path} was damaged; its runs are missing unless they were simulated again"
+        for path in folder.glob("*.damaged")
+    ]
     n_complete = 0
     for file, runs in assign_runs(study.files(condition)):
         try:
@@ -148,6 +158,28 @@ def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[s
             continue
         n_complete += int(sum(is_complete[run - file.first] for run in runs))
     return n_complete, damaged
+
+
+def require_complete_runs(study: StudyStore) -> None:
+    """Raise StudyError if a stored run is not complete."""
+    if sentence := format_incomplete_sentence(study):
+        raise StudyError(sentence)
+
+
+def format_incomplete_sentence(study: StudyStore) -> str:
+    """Return a sentence about the stored runs that are not complete, "" if all are complete."""
+    n_stored = n_incomplete = 0
+    for condition in study.experiments:
+        n_runs = len(study.runs(condition))
+        n_stored += n_runs
+        n_incomplete += n_runs - _count_complete_runs(study, condition)[0]
+    if not n_incomplete:
+        return ""
+    return (
+        f"{n_incomplete:,} of {format_count(n_stored, 'stored run')} have fewer generations than "
+        f"{study.location}, or cannot be read. "
+        f"`baldwinlab run {quote_path(study.directory)}` completes them."
+    )
 
 
 def _read_completeness(
@@ -179,6 +211,7 @@ def provenance(study: StudyStore) -> dict[str, Any]:
         "seed": study.seed,
         "changed_model": study.changed_model,
         "sample": describe_sample(study),
+        "incomplete": format_incomplete_sentence(study),
         "versions": {
             "baldwinlab": __version__,
             "Python": platform.python_version(),

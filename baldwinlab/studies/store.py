@@ -40,6 +40,7 @@ from baldwinlab.core.files import (
     is_study,
     make_absolute,
     parse_toml,
+    quote_path,
     read_bytes,
     require_inside_study,
     shorten_path,
@@ -85,6 +86,8 @@ from baldwinlab.studies.study_file import (
 SESSIONS_FILE_NAME = "sessions.jsonl"
 # Beginning of the hash of a data file in the text of an experiment.
 HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
+# Error of a session that the user ended.
+INTERRUPTED = "interrupted"
 NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
 
@@ -188,8 +191,8 @@ class StudyStore:
         if not any(self.files(name) for name in conditions):
             of_condition = "" if condition is None else f" of {condition}"
             raise StudyError(
-                f"{self.location} holds no finished run{of_condition} yet; the command that made "
-                "it carries on"
+                f"{self.location} holds no finished run{of_condition} yet: `baldwinlab run "
+                f"{quote_path(self.directory)} --runs 30` simulates 30 runs of each condition"
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:

@@ -23,7 +23,13 @@ from baldwinlab.studies.progress import ProgressFile
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
 from tests.studies.completion import complete_runs, fail_without_space
 
 CONDITION = "evo/A"
@@ -70,15 +76,12 @@ def small_files(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 20)
 
 
-@pytest.mark.parametrize(
-    ("workers", "names"),
-    [(1, ["0000-0059.nc"]), (3, ["0000-0019.nc", "0020-0039.nc", "0040-0059.nc"])],
-)
-def test_a_worker_stores_its_runs_in_one_file(
-    tmp_path: Path, oracle: Records, workers: int, names: list[str]
+@pytest.mark.parametrize("workers", [1, 3])
+def test_the_workers_store_their_runs_in_one_file(
+    tmp_path: Path, oracle: Records, workers: int
 ) -> None:
     study = make_study(tmp_path, workers=workers)
-    assert list_names(study) == names
+    assert list_names(study) == ["0000-0059.nc"]
     require_records(study, oracle)
     assert find_missing_runs(study, RUNS, pytest.fail) == {CONDITION: []}
     assert study.path(CONDITION, 25) in [file.path for file in study.files(CONDITION)]
@@ -97,9 +100,9 @@ def test_a_study_of_single_files_continues_with_batches(
     assert list_names(study) == single_names
     before = {file.path: file.path.read_bytes() for file in study.files(CONDITION)}
     complete_runs(study, RUNS)
-    # The last task has too few runs for a batch.
-    last_names = [f"{run:04d}.nc" for run in range(55, 60)]
-    assert list_names(study) == [*single_names, "0015-0034.nc", "0035-0054.nc", *last_names]
+    # The rest of the first block has too few runs for a batch.
+    other_names = [f"{run:04d}.nc" for run in range(15, 20)]
+    assert list_names(study) == [*single_names, *other_names, "0020-0039.nc", "0040-0059.nc"]
     assert {path: path.read_bytes() for path in before} == before
     require_records(study, oracle)
 
@@ -188,7 +191,7 @@ def test_an_interrupted_task_stores_its_finished_runs(
     batch_runs = memory.count_batch_runs(make_experiment(), CPU.worlds)
     assert 1 < batch_runs < RUNS // 2
     n_generations = random.Random(seed).randrange(1, 3 * RUNS // batch_runs)
-    tasks = plan_tasks(study, {CONDITION: list(range(RUNS))}, 1)
+    tasks = plan_tasks(study, {CONDITION: list(range(RUNS))}, 1, is_one_process=False)
     steps = THREADS.run(study, tasks, 1, CPU)
     for _ in range(n_generations):
         next(steps)
@@ -267,3 +270,50 @@ def test_the_runs_of_a_batch_are_decoded_once(
     for run in study.runs(CONDITION):
         study.record(CONDITION, run)
     assert n_decoded == 1
+
+
+@pytest.mark.parametrize("workers", [2, 3, 5, 8])
+def test_the_files_do_not_depend_on_the_number_of_workers(
+    tmp_path: Path, workers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 17)
+    expected = make_study(tmp_path / "1", workers=1)
+    study = make_study(tmp_path / str(workers), workers=workers)
+    assert len(list_names(study)) < RUNS
+    assert read_records(study.directory) == read_records(expected.directory)
+
+
+def test_a_task_of_another_process_has_all_runs_of_its_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 17)
+    study = create_study(tmp_path, [make_experiment()], SEED)
+    runs = list(range(100))
+    tasks = plan_tasks(study, {CONDITION: runs}, 8, is_one_process=False)
+    assert sorted(run for task in tasks for run in task.runs) == runs
+    blocks = [{run // 17 for run in task.runs} for task in tasks]
+    assert sum(map(len, blocks)) == len(set().union(*blocks)) == 6
+
+
+def test_an_interrupted_study_stores_the_finished_runs_of_tasks_that_share_a_file(
+    tmp_path: Path, oracle: Records
+) -> None:
+    study = create_study(tmp_path, [make_experiment()], SEED)
+    n_runs_done = 0
+
+    def interrupt(run: xr.Dataset) -> None:
+        nonlocal n_runs_done
+        n_runs_done += run.sizes["generation"] == 3
+        if n_runs_done == 16:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(
+            study, {CONDITION: [*range(RUNS)]}, 5, ignore_progress, ignore_message,
+            callback=interrupt,
+        )  # fmt: skip
+    stored = study.runs(CONDITION)
+    assert 0 < len(stored) < RUNS
+    require_records(study, {run: oracle[run] for run in stored})
+    complete_runs(study, RUNS)
+    require_records(study, oracle)

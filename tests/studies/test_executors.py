@@ -63,8 +63,10 @@ def simulated_steps(
     executor: Executor, study: StudyStore, runs: int, tasks: int = 2
 ) -> Generator[int, None, None]:
     """Simulate runs with two workers. They are divided into at least `tasks` tasks."""
+    missing = find_missing_runs(study, runs, ignore_message)
+    is_one_process = executor.name == THREADS.name
     return executor.run(
-        study, plan_tasks(study, find_missing_runs(study, runs, ignore_message), tasks), 2, CPU
+        study, plan_tasks(study, missing, tasks, is_one_process=is_one_process), 2, CPU
     )
 
 

@@ -199,7 +199,6 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         ),
         (copy_of_run_0, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
         (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
-        (write_different_record(generations=4), OTHER_EXPERIMENT),
         (write_different_record(rate=0.5), OTHER_EXPERIMENT),
         (cut_record, "its checksum does not fit its content"),
         (rename_attribute, "its checksum does not fit its content"),

@@ -68,7 +68,8 @@ DAILY_EXPERIMENTS = ("small", "stopped runs", "NEAT", "births during a lifetime"
 
 def store(study: StudyStore, histories: Sequence[History]) -> None:
     (experiment,) = study.experiments.values()
-    writer = RecordWriter(study.directory, experiment)
+    runs = [history.run for history in histories]
+    writer = RecordWriter(study.directory, experiment, runs)
     for history in histories:
         writer.add(history, has_checkpoint=False)
     writer.flush()

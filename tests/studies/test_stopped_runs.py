@@ -118,7 +118,8 @@ def test_an_interrupted_study_continues_to_the_same_bits(
 ) -> None:
     study = create_study(tmp_path / "interrupted", [make_experiment()], SEED)
     missing = find_missing_runs(study, RUNS, ignore_message)
-    (task,) = plan_tasks(study, missing, 1, CPU.worlds, Interval(generations=1))
+    interval = Interval(generations=1)
+    (task,) = plan_tasks(study, missing, 1, CPU.worlds, interval, is_one_process=False)
     n_calls = 0
 
     def interrupt(amount: int) -> None:

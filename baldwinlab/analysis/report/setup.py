@@ -49,6 +49,7 @@ def summarize_setup(
         ("models", "" if models == "miniworld" else models),
         ("runs per condition", format_range(count_runs(data).values())),
         ("sample", provenance.get("sample", "")),
+        ("incomplete runs", provenance.get("incomplete", "")),
         (
             "generations per run",
             format_range(experiment.evolution.generations for experiment in experiments),

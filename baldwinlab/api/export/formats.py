@@ -13,9 +13,12 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Literal, NamedTuple
 
+from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.numbers import COUNTS, INDICES, require_whole_number
+from baldwinlab.studies.status import format_incomplete_sentence
+from baldwinlab.studies.store import StudyStore
 
 
 class Option(NamedTuple):
@@ -100,6 +103,8 @@ def write_export(
     require_options(formats, format, path, options)
     if format.library:
         require_library(format.library, format.extra, f"--format {format.name}")
+    if isinstance(source, StudyStore):
+        console.warn_if_any(format_incomplete_sentence(source))
     return format.write(source, path, force=force, **options)
 
 

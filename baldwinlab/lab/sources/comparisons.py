@@ -21,6 +21,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_length import hold_length
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME
 
 
@@ -72,14 +73,15 @@ class LiveComparison:
 
     def _simulate(self) -> None:
         try:
-            missing_runs = find_missing_runs(self.study, self.plan.runs, _ignore_message)
-            run_study(
-                self.study,
-                missing_runs,
-                WORKERS,
-                progress=self._report_progress,
-                log=_ignore_message,
-            )
+            with hold_length(self.study):
+                missing_runs = find_missing_runs(self.study, self.plan.runs, _ignore_message)
+                run_study(
+                    self.study,
+                    missing_runs,
+                    WORKERS,
+                    progress=self._report_progress,
+                    log=_ignore_message,
+                )
             self.state = "done"
         except StoppedError:
             self.state = "stopped"

@@ -127,7 +127,8 @@ def _require_job(script: str) -> None:
     """Raise ExecutorError if Slurm rejects the job; Dask would wait for it without a message."""
     test = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
     if test.returncode != 0:
-        reason = test.stderr.strip().splitlines()[-1]
+        lines = (test.stderr.strip() or test.stdout.strip()).splitlines()
+        reason = lines[-1] if lines else f"sbatch ended with status {test.returncode}"
         raise ExecutorError(f"Slurm refuses the job: {reason}")
 
 

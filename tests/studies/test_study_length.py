@@ -1,0 +1,142 @@
+"""The length of a study does not change during a simulation, and no record becomes shorter."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.api.export.formats import study_formats, write_export
+from baldwinlab.api.study import Study
+from baldwinlab.core.console import errors
+from baldwinlab.studies.creation import extend_study
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.status import format_incomplete_sentence
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_length import change_length, hold_length
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
+from tests.studies.completion import complete_runs
+
+CONDITION = "evo/A"
+RUNS = 2
+GENERATIONS = 5
+# Holds the study in sys.argv[1] until its input ends.
+HOLDING_PROCESS = """
+import sys
+from pathlib import Path
+from baldwinlab.studies import study_length
+from baldwinlab.studies.store import StudyStore
+with getattr(study_length, sys.argv[2])(StudyStore(Path(sys.argv[1]))):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> StudyStore:
+    return make_small_study(tmp_path / "study", [shorten_preset(CONDITION)], RUNS)
+
+
+@contextmanager
+def hold_in_another_process(study: StudyStore, name: str) -> Iterator[None]:
+    """Call `hold_length` or `change_length` in another process."""
+    command = [sys.executable, "-c", HOLDING_PROCESS, str(study.directory), name]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, env=environment) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        yield
+        # The end of the input ends the process.
+        process.communicate()
+
+
+def test_a_study_is_not_extended_while_another_process_simulates_it(study: StudyStore) -> None:
+    records = read_records(study.directory)
+    with (
+        hold_in_another_process(study, "hold_length"),
+        pytest.raises(StudyError, match="cannot be extended now, because another process simul"),
+    ):
+        extend_study(study, GENERATIONS)
+    assert StudyStore(study.directory).experiments == study.experiments
+    assert read_records(study.directory) == records
+    extend_study(study, GENERATIONS)
+
+
+def test_a_study_is_not_simulated_while_another_process_extends_it(study: StudyStore) -> None:
+    with (
+        hold_in_another_process(study, "change_length"),
+        pytest.raises(StudyError, match="another process is extending"),
+        hold_length(study),
+    ):
+        pass
+
+
+def test_processes_simulate_a_study_at_the_same_time(study: StudyStore) -> None:
+    with hold_in_another_process(study, "hold_length"), hold_length(study):
+        pass
+
+
+def test_a_process_without_locks_is_found_by_its_progress(
+    study: StudyStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("baldwinlab.core.file_writing.fcntl", None)
+    with hold_in_another_process(study, "hold_length"):
+        extend_study(study, GENERATIONS)
+    progress = '{{"host": "node", "pid": {0}, "began": 0, "updated": 1e12, "workers": 1, {1}'
+    settings = '"executor": "threads", "backend": "cpu", "runs": 1, "agent_steps": 1}'
+    (study.directory / ".running-node-7.json").write_text(progress.format(7, settings))
+    with pytest.raises(StudyError, match="because the process 7 on node simulates it"):
+        extend_study(StudyStore(study.directory), GENERATIONS + 1)
+
+
+@pytest.mark.parametrize("context", [hold_length, change_length])
+def test_a_study_that_was_extended_after_it_was_opened_is_refused(
+    study: StudyStore, context: Callable[[StudyStore], object]
+) -> None:
+    extend_study(StudyStore(study.directory), GENERATIONS)
+    with pytest.raises(StudyError, match=r"of evo/A in .* from 3 to 5. No record was changed"):
+        context(study).__enter__()  # type: ignore[attr-defined]
+
+
+def test_no_record_becomes_shorter_or_is_renamed(study: StudyStore) -> None:
+    extended = extend_study(StudyStore(study.directory), GENERATIONS)
+    complete_runs(extended, RUNS)
+    records = read_records(study.directory)
+    # `study` has the number of generations before the extension.
+    with pytest.raises(StudyError, match="has 5 generations, and evo/A has 3"):
+        find_missing_runs(study, RUNS, pytest.fail)
+    with pytest.raises(StudyError, match="from 3 to 5"):
+        run_study(study, {CONDITION: [*range(RUNS)]}, 1, ignore_progress, ignore_message)
+    assert read_records(study.directory) == records
+
+
+def test_incomplete_runs_are_named_where_runs_are_read(
+    study: StudyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert not format_incomplete_sentence(study)
+    extended = extend_study(study, GENERATIONS)
+    complete_runs(extended, 1)
+    formats = study_formats()
+    sentence = format_incomplete_sentence(extended)
+    assert sentence.startswith("1 of 2 stored runs have fewer generations than ")
+    with pytest.raises(StudyError, match="1 of 2 stored runs have fewer generations"):
+        Study(extended).assay("innate")
+    with errors.capture() as messages:
+        write_export(formats, formats["csv"], extended, tmp_path / "a.csv", {}, force=False)
+        Study(extended).data()
+        Study(extended).report(tmp_path / "a.html")
+    assert messages.get().count("1 of 2 stored runs have fewer generations") == 3
+    assert "1 of 2 stored runs have fewer generations" in (tmp_path / "a.html").read_text()
