@@ -14,6 +14,7 @@ import pytest
 from baldwinlab.core.file_writing import append_line, write_atomically, write_exclusively
 from baldwinlab.core.files import SESSIONS_FILE, parse_location
 from baldwinlab.papers.presets import factors
+from baldwinlab.simulation import memory
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import choose_executor, dask
 from baldwinlab.studies.open import open_runs
@@ -65,14 +66,17 @@ def test_a_missing_bucket_is_refused_and_not_created(bucket: str, command: Comma
     assert not parse_location("s3://misspelled").exists()
 
 
-def test_a_study_in_a_bucket_resumes_opens_and_has_a_status(bucket: str, tmp_path: Path) -> None:
+def test_a_study_in_a_bucket_resumes_opens_and_has_a_status(
+    bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 16)
     local = make_small_study(tmp_path, [EXPERIMENT], RUNS, SEED)
     location = parse_location(f"{bucket}/resumed")
     study = create_study(location, [EXPERIMENT], SEED, factors=factors())
     complete_runs(study, RUNS, 2)
     names = [file.path.name for file in study.files("evo/A")]
     assert names == [file.path.name for file in local.files("evo/A")]
-    assert names == ["0000-0031.nc"]
+    assert names == ["0000-0015.nc", "0016-0031.nc"]
     study.files("evo/A")[0].path.unlink()
     assert read_status(study).missing == {"evo/A": 16}
     complete_runs(StudyStore(location), RUNS)
