@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import wraps
 from typing import Final, ParamSpec, TypedDict, TypeVar
 
@@ -91,7 +91,11 @@ def list_options(
     """Return a decorator that lists `**options` in the signature and docstring of a function."""
 
     def decorate(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-        signature = _list_in_signature(inspect.signature(function), options_class)
+        signature = inspect.signature(function)
+        # The options replace `**options`, which is the last argument.
+        *arguments, _ = signature.parameters.values()
+        options = inspect.signature(options_class).parameters.values()
+        signature = signature.replace(parameters=[*arguments, *options])
         names = [name for name in signature.parameters if name != "self"]
 
         @wraps(function)
@@ -108,23 +112,6 @@ def list_options(
         return call
 
     return decorate
-
-
-def _list_in_signature(
-    signature: inspect.Signature, options_class: type[AssayOptions]
-) -> inspect.Signature:
-    """Replace `**options`, which must be the last argument, by the single options."""
-    *arguments, _ = signature.parameters.values()
-    options = [
-        inspect.Parameter(
-            option.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=option.default,
-            annotation=option.type,
-        )
-        for option in fields(options_class)
-    ]
-    return signature.replace(parameters=[*arguments, *options])
 
 
 def _list_in_docstring(docstring: str, options_class: type[AssayOptions]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.models.miniworld.world_layout import agents_of_world
-from baldwinlab.simulation.recorder import Series, SpeciesRecorder, record_batch
+from baldwinlab.simulation.recorder import Recorder, Series, SpeciesRecorder, record_batch
 from baldwinlab.simulation.records import provenance_attributes
 
 DEGREES_PER_TURN = 360
@@ -37,7 +37,7 @@ class Agents(NamedTuple):
     species: SpeciesIndices | None
 
 
-class _Member(NamedTuple):
+class Member(NamedTuple):
     """Agents with equal settings: the settings, the view of the batch, and indices of agents."""
 
     experiment: Experiment
@@ -53,7 +53,7 @@ def trace_lifetime(
     settings = experiment.at(generation)
     agents_in_world = agents_of_world(settings, world)
     genome = trim_genomes(agents.genome[agents_in_world], settings)
-    members = _begin_lifetime(settings, Agents(genome, agents.species), key, world)
+    members = begin_lifetime(settings, agents, key, world)
     arrays = _record_steps(settings, members)
     arrays["weight_birth"] = genome
     arrays["weight_death"] = _collect_weights(genome, members)
@@ -73,22 +73,27 @@ def trace_lifetime(
     return trace.assign_coords(agent=agent_numbers).assign_attrs(world=world)
 
 
-def _begin_lifetime(
+def begin_lifetime(
     settings: Experiment, agents: Agents, key: GenerationKey, world: int
-) -> list[_Member]:
-    """Prepare a lifetime. Return a member for each species, or a single member without species."""
+) -> list[Member]:
+    """Prepare a lifetime. Return a member for each species, or a single member without species.
+
+    `agents`: all agents of the generation.
+    """
     seed, run, generation = key
     if agents.species is None:
+        genome = trim_genomes(agents.genome[agents_of_world(settings, world)], settings)
+        # `[run]` and `[None]`: the batch has a single run.
         batch = CpuBatch(settings, seed, [run], world=world)
-        batch.begin(generation, agents.genome[None])
-        return [_Member(settings, batch, slice(0, settings.agents_per_world))]
+        batch.begin(generation, genome[None])
+        return [Member(settings, batch, slice(0, settings.agents_per_world))]
     sizes = count_agents(agents.species, len(settings.population.species))
     ends = sizes.cumsum()
     species_batch = make_species_batch(
         settings, seed, run, generation, agents.genome, agents.species
     )
     return [
-        _Member(member, view, slice(first, end))
+        Member(member, view, slice(first, end))
         for member, view, first, end in zip(
             species_batch.members,
             species_batch.views(),
@@ -99,7 +104,7 @@ def _begin_lifetime(
     ]
 
 
-def _collect_weights(genome: Genome, members: Sequence[_Member]) -> Genome:
+def _collect_weights(genome: Genome, members: Sequence[Member]) -> Genome:
     """Return the genomes with the current weights of module 0. Other modules do not change."""
     changed = genome.copy()
     for member in members:
@@ -109,26 +114,15 @@ def _collect_weights(genome: Genome, members: Sequence[_Member]) -> Genome:
     return changed
 
 
-def _record_steps(settings: Experiment, members: Sequence[_Member]) -> Arrays:
+def _record_steps(settings: Experiment, members: Sequence[Member]) -> Arrays:
     """Simulate a lifetime and return the recorded arrays, [step, agent, ...] or [step, item]."""
     # All species have the same items.
     items = Series("items", range(settings.lifetime.steps), slice(None))
-    recorders = [_make_recorders(settings, member) for member in members]
-    first_view = members[0].view
-    record_batch(
-        first_view,
-        [
-            SpeciesRecorder(first_view, items),
-            *(
-                SpeciesRecorder(member.view, recorder)
-                for member, series in zip(members, recorders, strict=True)
-                for recorder in series.values()
-            ),
-        ],
+    recorded = record_members(
+        members, items, [_make_recorders(settings, member) for member in members]
     )
     arrays_of_members = [
-        _convert_units(member, {name: recorder.values for name, recorder in series.items()})
-        for member, series in zip(members, recorders, strict=True)
+        _convert_units(member, arrays) for member, arrays in zip(members, recorded, strict=True)
     ]
     arrays = _join_members(members, arrays_of_members)
     if "alive" in arrays:
@@ -138,7 +132,25 @@ def _record_steps(settings: Experiment, members: Sequence[_Member]) -> Arrays:
     return arrays | {"item_x": items.values[..., 0], "item_y": items.values[..., 1]}
 
 
-def _make_recorders(settings: Experiment, member: _Member) -> dict[str, Series]:
+def record_members(
+    members: Sequence[Member], items: Recorder, series_of_members: Sequence[Mapping[str, Series]]
+) -> list[Arrays]:
+    """Simulate a lifetime. Return the recorded arrays of each member [time, agent, ...], by name.
+
+    `items` reads the items, which all members share.
+    """
+    recorders = [
+        SpeciesRecorder(member.view, recorder)
+        for member, series in zip(members, series_of_members, strict=True)
+        for recorder in series.values()
+    ]
+    record_batch(members[0].view, [items, *recorders])
+    return [
+        {name: recorder.values for name, recorder in series.items()} for series in series_of_members
+    ]
+
+
+def _make_recorders(settings: Experiment, member: Member) -> dict[str, Series]:
     """Return the recorders of the agents of a member, by variable of the trace."""
     agents = slice(member.agents.stop - member.agents.start)
     steps = settings.lifetime.steps
@@ -160,7 +172,7 @@ def _make_recorders(settings: Experiment, member: _Member) -> dict[str, Series]:
     return recorders
 
 
-def _convert_units(member: _Member, arrays: Arrays) -> Arrays:
+def _convert_units(member: Member, arrays: Arrays) -> Arrays:
     """Return the arrays with headings in degrees, eaten items per step, and eaten prey per step."""
     # [step, agent, kind]: differences of the totals since birth are the numbers in each step.
     eaten = np.diff(arrays["eaten"], axis=0, prepend=0)
@@ -175,7 +187,7 @@ def _convert_units(member: _Member, arrays: Arrays) -> Arrays:
     return arrays | {"heading": heading, "eaten": eaten.sum(axis=2)} | eaten_prey
 
 
-def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Arrays:
+def _join_members(members: Sequence[Member], arrays: Sequence[Arrays]) -> Arrays:
     """Concatenate the arrays of all members along the axis of agents.
 
     Inputs and outputs that a species does not have are NaN. Other missing variables are 0.
@@ -189,8 +201,8 @@ def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Array
     padded = [
         values
         | {
-            "sensor": _pad_columns(values["sensor"], sensor_columns, len(inputs)),
-            "output": _pad_columns(values["output"], output_columns, n_outputs),
+            "sensor": pad_columns(values["sensor"], sensor_columns, len(inputs)),
+            "output": pad_columns(values["output"], output_columns, n_outputs),
         }
         for values, sensor_columns, output_columns in zip(
             arrays, columns_of_inputs, columns_of_outputs, strict=True
@@ -206,10 +218,10 @@ def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Array
     }
 
 
-def _pad_columns(
-    values: npt.NDArray[Any], columns: Sequence[int], n_columns: int
+def pad_columns(
+    values: npt.NDArray[Any], columns: Sequence[int], n_columns: int, fill: float = np.nan
 ) -> npt.NDArray[np.float32]:
-    """Return an array [step, agent, n_columns] with `values` in `columns`, and NaN in others."""
-    padded = np.full((*values.shape[:2], n_columns), np.nan, np.float32)
+    """Return an array [step, agent, n_columns] with `values` in `columns`, and `fill` in others."""
+    padded = np.full((*values.shape[:2], n_columns), fill, np.float32)
     padded[:, :, columns] = values
     return padded

@@ -20,7 +20,7 @@ References
 
 from __future__ import annotations
 
-from math import inf, log, sqrt
+from math import inf, sqrt
 
 
 def selection_variance(width: float, learned_share: float = 0.0, cost: float = 0.0) -> float:
@@ -75,28 +75,6 @@ def steady_mismatch(
     if width_squared == inf:
         return inf
     return (1 - learned_share) * speed * (variance + width_squared) / variance
-
-
-def half_time(variance: float, width_squared: float) -> float:
-    """Return the number of generations until the distance of the mean at birth has halved.
-
-    In each generation after a jump of the optimum, the distance is multiplied by V_L / (v + V_L).
-    If selection is weak, the number is about ln(2) V_L / v: learning multiplies this number by
-    1 / (1 - a)^2 if the variance v does not change and learning has no cost.
-
-    Parameters
-    ----------
-    variance : float
-        Genetic variance v at birth.
-    width_squared : float
-        V_L, from `selection_variance`.
-
-    Returns
-    -------
-    float
-        Number of generations, not rounded.
-    """
-    return log(2) / log(1 + variance / width_squared)
 
 
 def variance_of_segregation(segregation_variance: float, width_squared: float) -> float:

@@ -16,16 +16,14 @@ from baldwinlab.lab.sources import binary_frames
 from baldwinlab.lab.sources.experiment_form import describe_world
 from baldwinlab.lab.sources.life_query import Life, Span, load_container
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch
-from baldwinlab.models.miniworld.species import make_species_batch
-from baldwinlab.simulation.recorder import (
-    RECORDED_WORLD,
-    ItemMoves,
-    Series,
-    SpeciesRecorder,
-    record_batch,
+from baldwinlab.simulation.recorder import RECORDED_WORLD, ItemMoves, Series
+from baldwinlab.simulation.trace import (
+    Agents,
+    Member,
+    begin_lifetime,
+    pad_columns,
+    record_members,
 )
-from baldwinlab.simulation.reevaluation import make_batch
 
 # Size of x and y, heading, action, eaten items and teacher of one agent in one step.
 BYTES_PER_AGENT_STEP = 16
@@ -95,23 +93,16 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 
 
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
-    seed, run, generation = life.key
-    experiment = life.experiment.at(generation)
+    experiment = life.experiment.at(life.key.generation)
     start = life.load_start_data()
+    agents = Agents(start.genomes, start.species)
+    members = begin_lifetime(experiment, agents, life.key, RECORDED_WORLD)
     moves = ItemMoves(_times_before_steps(span))
     if start.species is None:
-        # `[None]` and `[run]`: the batch has a single run.
-        genomes = start.genomes[None]
-        batch = make_batch(experiment, seed, [run], generation, genomes, world=RECORDED_WORLD)
         pack_inputs = np.ravel if experiment.real_valued else _pack_bits
-        series = _make_series(experiment, span, pack_inputs)
-        record_batch(batch, [moves, *series.values()])
-        arrays = {name: recorder.values for name, recorder in series.items()}
+        (arrays,) = record_members(members, moves, [_make_series(experiment, span, pack_inputs)])
     else:
-        species_batch = make_species_batch(
-            experiment, seed, run, generation, start.genomes, start.species
-        )
-        arrays = _record_species(experiment, species_batch, span, moves)
+        arrays = _record_species(experiment, members, span, moves)
         arrays["species"] = start.species.astype(np.uint8)
     arrays["item_x"] = moves.items[:, 0]
     arrays["item_y"] = moves.items[:, 1]
@@ -153,25 +144,19 @@ def _make_series(
 
 
 def _record_species(
-    experiment: Experiment, batch: SpeciesBatch, span: Span, moves: ItemMoves
+    experiment: Experiment, members: Sequence[Member], span: Span, moves: ItemMoves
 ) -> dict[str, npt.NDArray[Any]]:
     """Simulate the steps of several species, and return the arrays [step, agent] of all agents."""
-    views = batch.views()
+    settings_of_species = [member.experiment for member in members]
     # The inputs stay unpacked, because `_join_inputs` adds the inputs that a species lacks.
-    series_of_species = [_make_series(member, span, np.asarray) for member in batch.members]
+    series_of_species = [
+        _make_series(settings, span, np.asarray) for settings in settings_of_species
+    ]
     if experiment.has_deaths:
-        for member, series in zip(batch.members, series_of_species, strict=True):
-            agents = slice(member.population.size)
+        for settings, series in zip(settings_of_species, series_of_species, strict=True):
+            agents = slice(settings.population.size)
             series["alive"] = Series("alive", _times_before_steps(span), agents, np.uint8)
-    recorders = [
-        SpeciesRecorder(view, recorder)
-        for view, series in zip(views, series_of_species, strict=True)
-        for recorder in series.values()
-    ]
-    record_batch(views[0], [moves, *recorders])
-    arrays_of_species = [
-        {name: recorder.values for name, recorder in series.items()} for series in series_of_species
-    ]
+    arrays_of_species = record_members(members, moves, series_of_species)
     inputs_of_species = [arrays.pop("sensor") for arrays in arrays_of_species]
     # The agents of all species along the axis 1. `teacher` is missing unless all species have it.
     joined = {
@@ -182,7 +167,7 @@ def _record_species(
         is_dead = joined.pop("alive") == 0
         for name in ("x", "y"):
             joined[name] = np.where(is_dead, np.float32(np.nan), joined[name])
-    return joined | {"sensor": _join_inputs(batch.members, inputs_of_species)}
+    return joined | {"sensor": _join_inputs(settings_of_species, inputs_of_species)}
 
 
 def _join_inputs(
@@ -193,16 +178,14 @@ def _join_inputs(
     `combine_inputs` gives the order of the inputs. An input that a species lacks is 0.
     """
     names, columns_of_species = combine_inputs([member.inputs for member in members])
-    n_steps = len(inputs_of_species[0])
-    padded = []
-    for inputs, columns in zip(inputs_of_species, columns_of_species, strict=True):
-        complete = np.zeros((n_steps, inputs.shape[1], len(names)), np.float32)
-        complete[:, :, columns] = inputs
-        padded.append(complete)
+    padded = [
+        pad_columns(inputs, columns, len(names), fill=0)
+        for inputs, columns in zip(inputs_of_species, columns_of_species, strict=True)
+    ]
     joined: npt.NDArray[Any] = np.concatenate(padded, axis=1)
     if not any(member.real_valued for member in members):
         joined = np.packbits(joined > 0, axis=2, bitorder="little")
-    return joined.reshape(n_steps, -1)
+    return joined.reshape(len(joined), -1)
 
 
 def _choose_unsigned_type(n_values: int) -> type[np.generic]:

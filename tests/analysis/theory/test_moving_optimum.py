@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import exp, inf, log, sqrt
+from math import exp, inf, sqrt
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from baldwinlab.analysis.theory.moving_optimum import (
-    half_time,
     selection_variance,
     steady_mismatch,
     variance_of_mutations,
@@ -121,19 +120,6 @@ def test_rare_mutations_give_the_variance_of_a_house_of_cards(share: float) -> N
         density = evolve(density, mutate(rate, 0.7), fitness, 0)
     expected = variance_of_rare_mutations(rate, selection_variance(width, share))
     assert float(density @ X**2) == pytest.approx(expected, rel=0.15)
-
-
-def test_the_half_time_is_that_of_repeated_selection() -> None:
-    variance, width_squared = 0.3, 2.0
-    distance, generations = 1.0, 0
-    while distance > 0.5**10:
-        distance *= width_squared / (variance + width_squared)
-        generations += 1
-    assert generations - 1 < 10 * half_time(variance, width_squared) <= generations
-    # Learning slows assimilation after a jump.
-    slow, fast = (half_time(0.05, selection_variance(100.0, a)) for a in (0.9, 0.0))
-    assert slow / fast == pytest.approx(100, rel=1e-4)
-    assert fast == pytest.approx(log(2) * 100.0**2 / 0.05, rel=1e-4)
 
 
 def test_the_limits_of_the_learned_share() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.api.doctor import DoctorFinding, examine, has_problem
+from baldwinlab.cli.doctor import DoctorFinding, examine, has_problem
 from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
 from tests.commands import Command
