@@ -139,8 +139,9 @@ class StudyRuns:
 
             If `conditions` is None, a sweep has no dimension `condition`. A grid has one dimension
             per swept setting. Another design has the dimension `point` with the settings as
-            coordinates. The attributes are `design`, `fields`, `base` (the swept experiment), `set`
-            (the settings that differ from `base` in all points) and `seed`.
+            coordinates. The attributes are `design`, `fields` (the swept settings, separated by
+            commas), `base` (the swept experiment), `set` (the settings that differ from `base` in
+            all points) and `seed`.
 
         Raises
         ------
@@ -158,7 +159,10 @@ class StudyRuns:
         """
         console.warn_if_any(format_incomplete_sentence(self._store))
         if conditions is None and self._store.kind == SWEEP:
-            return open_sweep(self.directory)
+            data = open_sweep(self.directory)
+            # An attribute of a netCDF file cannot be a list of texts.
+            texts = {name: ", ".join(data.attrs[name]) for name in ("fields", "set")}
+            return data.assign_attrs(texts)
         return open_runs(self.directory, conditions)
 
     @check_numbers

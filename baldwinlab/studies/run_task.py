@@ -33,6 +33,7 @@ from baldwinlab.studies.checkpoints import (
     remove_checkpoint,
 )
 from baldwinlab.studies.record_files import (
+    RecordFile,
     assign_runs,
     condition_folder,
     list_record_files,
@@ -77,7 +78,7 @@ class RecordWriter:
         self._experiment = experiment
         self._runs_per_file = runs_per_file(experiment)
         self._folder = condition_folder(directory, experiment.name)
-        self._files = [] if is_new else None
+        self._files: list[RecordFile] | None = [] if is_new else None
         self._keys = BatchKeys()
         self._unfinished: dict[int, set[int]] = {}
         for run in runs:

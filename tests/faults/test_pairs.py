@@ -61,8 +61,9 @@ def expected(stored: Path, tmp_path_factory: pytest.TempPathFactory) -> xr.Datas
 def read_generations(study: Path) -> dict[int, int]:
     """Return the number of stored generations of each run."""
     data = open_runs(study)
-    finite = np.isfinite(data["energy"].sel(condition=CONDITION).isel(agent=0))
-    return dict(zip(data["run"].values.tolist(), finite.sum("generation").values, strict=True))
+    energy = data["energy"].sel(condition=CONDITION).isel(agent=0)
+    counts = np.isfinite(energy).sum(dim="generation").values.tolist()
+    return dict(zip(data["run"].values.tolist(), counts, strict=True))
 
 
 def test_pairs_of_processes_lose_no_generation(

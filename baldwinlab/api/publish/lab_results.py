@@ -22,7 +22,7 @@ from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, record_contrasts
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, read_text
+from baldwinlab.core.files import RESULTS_FILE, quote_path, read_text
 from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_measures, name_food_outcome
@@ -41,7 +41,9 @@ SORTED_COLUMN: Final = "mean"
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 CACHE_FILE: Final = "results.json"
-FORMAT: Final = 4
+FOLDER_PLACEHOLDER: Final = "STUDY"
+"""Text in the cache for the folder of the study, so that a moved study has the same cache."""
+FORMAT: Final = 5
 """Version of the format. The version changes when the keys of the results change."""
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""
@@ -191,11 +193,13 @@ def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
     """Write the results of a study to its cache, unless the study has too many conditions."""
     if len(study.experiments) > MAX_CONDITIONS:
         return
+    folder = quote_path(study.directory)
+    results = _replace_folder(compute_results(study, data), folder, FOLDER_PLACEHOLDER)
     record = {
         "version": __version__,
         "format": FORMAT,
         "records": digest_records(study),
-        "results": compute_results(study, data),
+        "results": results,
     }
     text = json.dumps({"checksum": _checksum(record), **record})
     write_atomically(study.directory / CACHE_FILE, text.encode())
@@ -212,10 +216,21 @@ def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
             and record["records"] == digest_records(study)
             and checksum == _checksum(record)
         )
-        return dict(record["results"]) if is_valid else None
+        if not is_valid:
+            return None
+        return _replace_folder(record["results"], FOLDER_PLACEHOLDER, quote_path(study.directory))
     # The file is missing, or another program wrote it.
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
+
+
+def _replace_folder(results: dict[str, Any], old: str, new: str) -> dict[str, Any]:
+    """Return results with another folder in the command that adds runs."""
+    if "comparison" not in results:
+        return dict(results)
+    comparison = results["comparison"]
+    text = comparison["too_few"].replace(f" {old} ", f" {new} ")
+    return results | {"comparison": comparison | {"too_few": text}}
 
 
 def _checksum(record: dict[str, Any]) -> str:

@@ -8,12 +8,14 @@ from typing import Any
 
 import pandas as pd
 import pytest
+import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.publish.comparisons import are_compared, describe_too_few_runs
 from baldwinlab.api.publish.lab_results import compute_results, load_cached_results
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
+from baldwinlab.api.study import Study
 from baldwinlab.studies.assays.results import encode_assay
 from baldwinlab.studies.record_files import RecordFile
 from baldwinlab.studies.recorded_arrays import FileContent, open_file
@@ -77,6 +79,27 @@ def test_a_report_verifies_each_file_once_and_stores_the_results_of_all_runs(
     assert verified == {"point-0000": 1, "point-0001": 1}
     store = StudyStore(sweep.directory)
     assert load_cached_results(store) == compute_results(store)
+    content = (store.directory / "results.json").read_bytes()
+    moved = StudyStore(store.directory.rename(tmp_path / "moved"))
+    assert load_cached_results(moved) == compute_results(moved)
+    Study(moved).report()
+    assert (moved.directory / "results.json").read_bytes() == content
+
+
+def test_the_results_of_a_study_do_not_name_its_folder(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path / "named", runs=2)
+    Study(study).report()
+    assert "named" not in (study.directory / "results.json").read_text()
+    cached = load_cached_results(study)
+    assert cached is not None
+    assert "/named --runs" in cached["comparison"]["too_few"]
+
+
+def test_the_data_of_a_sweep_can_be_written_as_netcdf(tmp_path: Path) -> None:
+    data = bl.sweep(PLAN | {"runs": 1}, out=tmp_path / "food", workers=1).data()
+    data.to_netcdf(tmp_path / "sweep.nc")
+    with xr.open_dataset(tmp_path / "sweep.nc") as written:
+        assert written.attrs["fields"] == data.attrs["fields"] == "world.food.0.count"
 
 
 def test_points_are_compared_with_the_first_or_with_a_baseline(
