@@ -40,6 +40,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("line", "sentence"),
     [
         ("run evo/Z", "there is no map 'Z'"),
+        # As a path, an empty text is the working directory.
+        ("run evo/A --runs 1 --out ''", "baldwinlab: --out needs a value; usage: baldwinlab run"),
+        ("report ''", "baldwinlab: DIRECTORY is missing; usage: baldwinlab report"),
+        ("replay study --run 0 --generation 1 --out ''", "baldwinlab: --out needs a value"),
         ("run nothing.toml", "cannot read nothing.toml: No such file or directory"),
         (
             "run evo/A --set lifetime.steps=0",
