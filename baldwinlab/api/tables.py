@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -13,6 +14,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
+from baldwinlab.analysis.results.numbers import format_estimate, format_number
 from baldwinlab.analysis.results.table import HEADINGS, NUMBER_HEADINGS, list_cells
 from baldwinlab.analysis.results.verdicts import MARKS, TOO_FEW_RUNS
 from baldwinlab.core import console
@@ -109,10 +111,7 @@ def _format_result(record: dict[str, Any]) -> str:
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:
-        effect = f"{record['effect']:.4g}"
-    if record["interval"]:
-        low, high = record["interval"]
-        effect += f" [{low:.4g}, {high:.4g}]"
+        effect = format_estimate(record["effect"], *record["interval"] or (nan, nan), digits=4)
     numbers = [effect]
     if record["p_holm"] is not None:
         numbers.append(f"p {record['p_holm']:.2g}")
@@ -141,7 +140,7 @@ def make_variants_table(multiverse: Multiverse) -> Table:
     for variant in multiverse.singles.variants:
         verdicts = [variant.outcomes[claim.id].verdict for claim in multiverse.claims]
         marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
-        distance = "" if variant.distance is None else f"{variant.distance:.2f}"
+        distance = "" if variant.distance is None else format_number(variant.distance)
         table.add_row(
             " ".join((variant.name, *variant.choices)), *marks, str(variant.held), distance
         )

@@ -178,7 +178,7 @@ def format_value(value: object) -> str:
     """Return a value as text for a message."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(format_value, value))}]"
-    return f"{value:g}" if isinstance(value, float) else repr(value)
+    return f"{value:.10g}" if isinstance(value, float) else repr(value)
 
 
 def _format_fault(fault: Any, model: type[BaseModel]) -> str:
