@@ -22,6 +22,8 @@ from baldwinlab.papers.claims import KINDS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
+MIN_WIDE_COLUMNS = 60
+"""Minimum width of a terminal in which a number has one line."""
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
@@ -39,9 +41,11 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
         padding=0,
     )
     # Longer verdicts have two lines, so that names fit into 80 columns.
+    is_wide = console.console.width >= MIN_WIDE_COLUMNS
     for key, heading in HEADINGS.items():
-        width = 9 if key == "verdict" else None
-        table.add_column(heading, overflow="fold", width=width, no_wrap=key in NUMBER_HEADINGS)
+        width = 9 if key == "verdict" and is_wide else None
+        is_number = key in NUMBER_HEADINGS
+        table.add_column(heading, overflow="fold", width=width, no_wrap=is_number and is_wide)
     for cells in list_cells(contrasts)[:MAX_COMPARISONS]:
         name = Text.assemble(cells["condition"], (f"\n{cells['context']}", "dim"))
         verdict = Text(cells["verdict"], style=LABEL_STYLE[cells["verdict"]])

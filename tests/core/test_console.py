@@ -111,7 +111,7 @@ def test_third_party_text_reaches_no_terminal_as_a_control(
     assert err == f"baldwinlab: {SHOWN}\n"
     assert out.startswith(f"{SHOWN}\n")
     assert out.endswith(f"{SHOWN}\n") and f"\n{SHOWN}: 100%" in out
-    # A message, a heading and a cell, a styled text, the progress, and the help. Others are wrapped.
+    # A message, a heading, a cell, a styled text, the progress and the help. Others are wrapped.
     assert out.count("evil\\u2028\\udcff[bold][/x]:fire:") == 6
     assert not set(out) & set("\x1b\x07\r\x9b\u202e\u2028\udcff")
 
