@@ -115,7 +115,8 @@ def _format_result(record: dict[str, Any]) -> str:
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:
-        effect = format_estimate(record["effect"], *record["interval"] or (nan, nan), digits=4)
+        low, high = record["interval"] or (nan, nan)
+        effect = format_estimate(record["effect"], low, high, digits=4)
     numbers = [effect]
     if record["p_holm"] is not None:
         numbers.append(f"p {record['p_holm']:.2g}")

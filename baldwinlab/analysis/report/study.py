@@ -107,7 +107,7 @@ def _describe_conditions(report: ReportData) -> list[str]:
     values = fitness.final(report.data, "mean", report.last).sel(condition=name).dropna("run")
     if not values.size:
         return [f"No run of {name} is stored."]
-    low, median, high = format_numbers([values.min(), values.median(), values.max()])
+    low, median, high = format_numbers(values.quantile([0, 0.5, 1]).values.tolist())
     outcome = name_outcome_of(fitness.outcome(report.data), "average agent")
     return [
         f"In the last {report.last} generations, the median of {outcome} is "
