@@ -167,14 +167,14 @@ class SceneRenderer:
         xs = self.x[steps]
         ys = self.y[steps]
         distances = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0))
-        crosses_edge = distances > MAX_STEP_LENGTH
+        # A distance from or to a dead agent is NaN. A newborn in its place begins another trail.
+        is_break = ~(distances <= MAX_STEP_LENGTH)
         for agent in range(self.trace.sizes["agent"]):
-            steps_after_edge = np.flatnonzero(crosses_edge[:, agent]) + 1
+            starts = np.flatnonzero(is_break[:, agent]) + 1
             points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
-            points = points[self.is_alive[steps, agent]]
             color = self._symbol(agent).trail
-            # The path is split at the edge, so that no line runs across the map.
-            for path in np.split(points, steps_after_edge):
+            # No line runs across the map.
+            for path in np.split(points, starts):
                 if len(path) > 1:
                     line = [(float(x), float(y)) for x, y in path]
                     draw.line(line, fill=color, width=OVERSAMPLING)

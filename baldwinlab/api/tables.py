@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -13,6 +14,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.results.contrasts import Contrasts
 from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
+from baldwinlab.analysis.results.numbers import format_estimate, format_number
 from baldwinlab.analysis.results.table import HEADINGS, NUMBER_HEADINGS, list_cells
 from baldwinlab.analysis.results.verdicts import MARKS, TOO_FEW_RUNS
 from baldwinlab.core import console
@@ -20,6 +22,8 @@ from baldwinlab.papers.claims import KINDS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
+MIN_WIDE_COLUMNS = 60
+"""Minimum width of a terminal in which a number has one line."""
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
@@ -37,9 +41,11 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
         padding=0,
     )
     # Longer verdicts have two lines, so that names fit into 80 columns.
+    is_wide = console.console.width >= MIN_WIDE_COLUMNS
     for key, heading in HEADINGS.items():
-        width = 9 if key == "verdict" else None
-        table.add_column(heading, overflow="fold", width=width, no_wrap=key in NUMBER_HEADINGS)
+        width = 9 if key == "verdict" and is_wide else None
+        is_number = key in NUMBER_HEADINGS
+        table.add_column(heading, overflow="fold", width=width, no_wrap=is_number and is_wide)
     for cells in list_cells(contrasts)[:MAX_COMPARISONS]:
         name = Text.assemble(cells["condition"], (f"\n{cells['context']}", "dim"))
         verdict = Text(cells["verdict"], style=LABEL_STYLE[cells["verdict"]])
@@ -109,10 +115,8 @@ def _format_result(record: dict[str, Any]) -> str:
     if record["effect"] is None:
         effect = record["why_not"] or "not measured"
     else:
-        effect = f"{record['effect']:.4g}"
-    if record["interval"]:
-        low, high = record["interval"]
-        effect += f" [{low:.4g}, {high:.4g}]"
+        low, high = record["interval"] or (nan, nan)
+        effect = format_estimate(record["effect"], low, high, digits=4)
     numbers = [effect]
     if record["p_holm"] is not None:
         numbers.append(f"p {record['p_holm']:.2g}")
@@ -141,7 +145,7 @@ def make_variants_table(multiverse: Multiverse) -> Table:
     for variant in multiverse.singles.variants:
         verdicts = [variant.outcomes[claim.id].verdict for claim in multiverse.claims]
         marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
-        distance = "" if variant.distance is None else f"{variant.distance:.2f}"
+        distance = "" if variant.distance is None else format_number(variant.distance)
         table.add_row(
             " ".join((variant.name, *variant.choices)), *marks, str(variant.held), distance
         )

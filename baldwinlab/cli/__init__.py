@@ -6,6 +6,7 @@ import sys
 import warnings
 from contextlib import chdir
 from pathlib import Path
+from traceback import format_exception
 from typing import Final
 
 from cyclopts import Group
@@ -81,6 +82,7 @@ def main() -> None:
     """Run the command line. An error prints one sentence and sets a non-zero exit status."""
     _ignore_local_matplotlibrc()
     warnings.showwarning = lambda message, *_: console.warn(str(message))
+    sys.excepthook = lambda *error: console.errors.print("".join(format_exception(*error)))
     try:
         if len(sys.argv) == 1:
             console.info(OVERVIEW)

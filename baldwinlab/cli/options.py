@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 from cyclopts import (
+    UNSET,
     App,
     ArgumentCollection,
     CoercionError,
@@ -64,13 +65,15 @@ def _format_default(value: Any) -> str | None:
     return None if value is False or value in (None, "", ()) else str(value)
 
 
-def _require_decimal_integers(
-    app: App, commands: Sequence[str], arguments: ArgumentCollection
-) -> None:
-    """Refuse integers such as 1.5, which cyclopts would round, and 0x10."""
+def _check_values(app: App, commands: Sequence[str], arguments: ArgumentCollection) -> None:
+    """Refuse empty values, which are the working directory as a path, and integers such as 1.5."""
     for argument in arguments:
-        for token in argument.tokens if argument.hint in INTEGERS else ():
-            if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", token.value):
+        for token in argument.tokens:
+            if not token.value and token.implicit_value is UNSET:
+                raise MissingArgumentError(argument=argument)
+            is_integer = re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", token.value)
+            if argument.hint in INTEGERS and not is_integer:
+                # For example 1.5, which cyclopts would round, and 0x10.
                 rule = f"must be a whole number of at most {MAX_DIGITS} digits"
                 raise CoercionError(msg=f"{token.value!r} {rule}", argument=argument, token=token)
 
@@ -117,7 +120,7 @@ app = App(
     error_console=console.errors,
     # No option has a negative form, such as --no-force.
     default_parameter=Parameter(negative="", show_default=_format_default),
-    config=_require_decimal_integers,
+    config=_check_values,
     suppress_keyboard_interrupt=False,
     # Other formats would load a renderer, which takes a while.
     help_format="plaintext",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -27,7 +26,6 @@ from baldwinlab.simulation.replay import require_world
 from baldwinlab.studies.store import StudyStore
 
 ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
-PICTURE_DPI: Final = 200
 
 
 StudyOrExperiment = Annotated[
@@ -175,13 +173,10 @@ def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
         write_atomically(out, bytes(marked_trace.to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         # Imported late, as is the movie: loading the figures takes a while.
+        from baldwinlab.analysis.figures.style import to_png
         from baldwinlab.analysis.figures.world import draw_trajectories
 
-        picture = BytesIO()
-        draw_trajectories(trace).savefig(
-            picture, format="png", dpi=PICTURE_DPI, metadata={"Software": REPLAY_MARK}
-        )
-        write_atomically(out, picture.getvalue())
+        write_atomically(out, to_png(draw_trajectories(trace), REPLAY_MARK))
     else:
         from baldwinlab.analysis.movie import write_movie
 

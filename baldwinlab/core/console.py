@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any, Final, NoReturn
+from typing import IO, Any, Final, NoReturn
 
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
     BarColumn,
     Progress,
@@ -26,8 +26,14 @@ from rich.progress import (
     TextColumn,
     TimeRemainingColumn,
 )
+from rich.segment import Segment
 from rich.text import Text
 
+# Characters that control a terminal or change the order of a text: control characters except for
+# line breaks and tabs, directional marks, line separators, and bytes of names that are not UTF-8.
+CONTROLS: Final = re.compile(
+    r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 # Exit status of a process that SIGPIPE ended, because the reader of the output (`head`) has ended.
 CLOSED_PIPE_STATUS = 141
 # Seconds between two updates of the bar of a notebook.
@@ -57,20 +63,43 @@ def _end_at_closed_pipe() -> NoReturn:
     raise SystemExit(CLOSED_PIPE_STATUS)
 
 
+def escape_controls(text: str) -> str:
+    r"""Return a text in which control characters are visible, as in JSON and TOML: `\u001b`."""
+    return CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
 class _Console(Console):
-    """A console that ends the process with the usual exit status if the pipe is closed."""
+    """A console that prints any text as it is: without markup, and with visible controls.
+
+    It ends the process with the usual exit status if the pipe is closed.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return the text of a message or a cell."""
+        return super().render_str(escape_controls(text), **options)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterator[Segment]:
+        """Yield the segments of any output. The control codes of a progress bar are segments."""
+        for segment in super().render(renderable, options):
+            text, style, control = segment
+            yield segment if control else Segment(escape_controls(text), style)
 
     def on_broken_pipe(self) -> NoReturn:
         """End the process."""
         _end_at_closed_pipe()
 
 
-def _is_terminal() -> bool:
-    """Return whether stdout is a terminal. A program without output has no stdout."""
-    return sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty()
+def _is_terminal(file: IO[str] | None) -> bool:
+    """Return whether an output is a terminal. A program without output has no stdout."""
+    return file is not None and not file.closed and file.isatty()
 
 
-console = _Console(highlight=False, soft_wrap=not _is_terminal())
+console = _Console(highlight=False, soft_wrap=not _is_terminal(sys.stdout))
 errors = _Console(stderr=True, highlight=False, soft_wrap=True)
 help_console = _Console()
 
@@ -120,13 +149,14 @@ def progress(
         show = _display_notebook_bar()
         yield _ProgressReporter(description, total, unit, show, BAR_INTERVAL)
         return
-    if not console.is_terminal:
+    # A variable such as FORCE_COLOR makes `console.is_terminal` true for a file.
+    if not _is_terminal(console.file):
         yield _ProgressReporter(
             description, total, unit, lambda sentence, share: info(sentence), LINE_INTERVAL
         )
         return
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TaskProgressColumn(),
         _Rate(),
@@ -190,11 +220,11 @@ def print_json(value: Any) -> None:
 
 
 def write_output(text: str) -> None:
-    """Write data on stdout, if there is one."""
+    """Write JSON or TOML on stdout, if there is one."""
     if sys.stdout is None:
         return
     try:
-        sys.stdout.write(text)
+        sys.stdout.write(escape_controls(text))
         sys.stdout.flush()
     except BrokenPipeError:
         _end_at_closed_pipe()
@@ -211,7 +241,7 @@ def _replace_nan(value: Any) -> Any:
 
 def info(message: str, *, has_address: bool = False) -> None:
     """Print a message. The terminal, not rich, wraps a message with an address."""
-    console.print(_shorten_paths(message), markup=False, soft_wrap=has_address or None)
+    console.print(_shorten_paths(message), soft_wrap=has_address or None)
 
 
 @cache
@@ -234,7 +264,7 @@ def warn_if_any(message: str) -> None:
 
 def warn(message: str) -> None:
     """Print a warning or an error on stderr."""
-    errors.print(f"baldwinlab: {clip_for_terminal(_shorten_paths(message))}", markup=False)
+    errors.print(f"baldwinlab: {clip_for_terminal(_shorten_paths(message))}")
 
 
 def _shorten_paths(message: str) -> str:

@@ -46,13 +46,19 @@ DEVICE_NAMES: Final = frozenset(
 )
 
 
+# pandas and R read these texts in a table as missing values.
+MISSING_VALUES: Final = frozenset({"NA", "N/A", "n/a", "NaN", "nan", "NULL", "null", "None"})
+
+
 def find_name_fault(name: str) -> str:
-    """Return why a name cannot be a file on every operating system; "" if it can.
+    """Return why a name cannot be a file on every system and a text in every table; "" if it can.
 
     >>> find_name_fault("evo/con"), find_name_fault("evo/A")
     ("Windows reserves 'con' for a device", '')
     """
     for folder in name.split("/"):
+        if {folder, name} & MISSING_VALUES:
+            return f"tables are read with {name!r} as a missing value"
         if folder.partition(".")[0].casefold() in DEVICE_NAMES:
             return f"Windows reserves {folder!r} for a device"
         if folder.endswith((".", " ")):

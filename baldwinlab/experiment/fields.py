@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from datetime import date, time
 from html import escape
 from pathlib import PurePath
 from typing import Any, Final, NamedTuple, Self
@@ -56,7 +57,7 @@ class Fields(BaseModel):
     def _normalize_numbers(cls, value: Any, info: Any) -> Any:
         """Refuse true and false, which Python reads as numbers. Convert values of NumPy."""
         value = to_plain_data(value) if hasattr(value, "tolist") else value
-        accepts_truth = cls.model_fields[info.field_name].annotation in (bool, Any)
+        accepts_truth = cls.model_fields[info.field_name].annotation in (bool, str, Any)
         if isinstance(value, bool) and not accepts_truth:
             raise ValueError("true and false are not numbers")
         return value
@@ -178,7 +179,7 @@ def format_value(value: object) -> str:
     """Return a value as text for a message."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(format_value, value))}]"
-    return f"{value:g}" if isinstance(value, float) else repr(value)
+    return f"{value:.10g}" if isinstance(value, float) else repr(value)
 
 
 def _format_fault(fault: Any, model: type[BaseModel]) -> str:
@@ -205,7 +206,12 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     if fault["type"] == "string_pattern_mismatch":
         description = _find_description(fault["loc"], model)
         message = describe_pattern(fault["ctx"]["pattern"], description)
+    if fault["type"] == "string_type":
+        message = "must be a text; write it in quotes"
     value_text = "this table" if isinstance(value, dict) else shorten(repr(value))
+    if isinstance(value, bool | date | time):
+        # As in the file.
+        value_text = str(value).lower()
     if isinstance(value, float) and not math.isfinite(value):
         value_text = str(value)
     return f"{path} = {value_text}: {message[0].lower()}{message[1:]}"

@@ -131,7 +131,7 @@ def _require_portable_names(names: Sequence[str]) -> None:
         if fault := find_name_fault(name):
             raise StudyError(
                 f"no condition can be called {name!r}: {fault}; change its name, so that the study "
-                "can be copied to every machine"
+                "can be copied and read everywhere"
             )
     if pair := find_case_collision(names):
         raise StudyError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Generator
 from pathlib import Path
+from types import SimpleNamespace
 
 import imageio_ffmpeg
 import numpy as np
@@ -180,3 +181,16 @@ def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(
 ) -> None:
     with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
         write_movie(replay(shorten_preset(), seed=1), 640, 640, tmp_path / "life.mp4")
+
+
+def test_a_newborn_in_the_place_of_a_dead_agent_has_a_trail_of_its_own() -> None:
+    trace = species_trace({"prey": 1})
+    x = trace.x.values.copy()
+    x[:, 0] = np.arange(len(x)) * 2.0
+    x[10:15, 0] = np.nan
+    renderer = SceneRenderer(Scene(trace.assign(x=(trace.x.dims, x)), 640, 640))
+    lines: list[int] = []
+    draw = SimpleNamespace(line=lambda line, **style: lines.append(len(line)))
+    renderer._draw_trails(draw, 30)  # type: ignore[arg-type]
+    # The agent of the trace dies in step 20.
+    assert lines == [10, 5]

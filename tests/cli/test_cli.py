@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
@@ -224,6 +225,9 @@ def test_replay_writes_a_trace_a_movie_or_an_image(
 ) -> None:
     # The movie lasts a second.
     monkeypatch.setattr("baldwinlab.analysis.movie.MAX_SECONDS", 1)
+    # Settings of the user have no effect on the picture.
+    monkeypatch.setitem(mpl.rcParams, "savefig.bbox", "tight")
+    monkeypatch.setitem(mpl.rcParams, "savefig.dpi", 30)
     study = make_small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
         line = f"replay study --condition evo+self-taught/A --run 1 --generation 2 --out {name}"
@@ -235,7 +239,7 @@ def test_replay_writes_a_trace_a_movie_or_an_image(
             trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2]
         )
     with Image.open(tmp_path / "life.png") as picture:
-        assert min(picture.size) > 500
+        assert picture.size == (720, 820)
 
 
 def test_replay_uses_the_condition_of_a_study_with_a_single_one(
@@ -358,6 +362,23 @@ print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
     )
     assert result.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
     assert result.stderr == ""
+
+
+def test_a_traceback_shows_control_characters_of_third_party_text() -> None:
+    code = """
+from baldwinlab import cli
+
+def fail(arguments):
+    raise RuntimeError("\\x1b]0;title\\x07[bold]\\u202e")
+
+cli.app = fail
+cli.main()
+"""
+    command = [sys.executable, "-c", code, "show", "evo/A"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert "RuntimeError: \\u001b]0;title\\u0007[bold]\\u202e\n" in result.stderr
+    assert result.stderr.startswith("Traceback (most recent call last):\n")
 
 
 def test_a_stored_study_is_extended_by_its_directory(command: Command, tmp_path: Path) -> None:

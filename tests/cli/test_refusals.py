@@ -23,6 +23,8 @@ TOO_DEEP = "is not TOML: it is nested too deeply"
 LIFE = "--condition evo/A --run 0 --generation 0"
 PHYLOGENY = "export study --format phylogeny --condition evo/A --run 0"
 FILES = {
+    "true.toml": 'base = "evo/A"\nname = true',
+    "date.toml": 'base = "evo/A"\nname = 2026-01-01',
     "deep.toml": f"a = {NESTED_LISTS}",
     "deep/paper.toml": f"a = {NESTED_LISTS}",
     "large.toml": 'experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]',
@@ -40,6 +42,12 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("line", "sentence"),
     [
         ("run evo/Z", "there is no map 'Z'"),
+        ("run true.toml", "true.toml: name = true: must be a text; write it in quotes"),
+        ("run date.toml", "date.toml: name = 2026-01-01: must be a text; write it in quotes"),
+        # As a path, an empty text is the working directory.
+        ("run evo/A --runs 1 --out ''", "baldwinlab: --out needs a value; usage: baldwinlab run"),
+        ("report ''", "baldwinlab: DIRECTORY is missing; usage: baldwinlab report"),
+        ("replay study --run 0 --generation 1 --out ''", "baldwinlab: --out needs a value"),
         ("run nothing.toml", "cannot read nothing.toml: No such file or directory"),
         (
             "run evo/A --set lifetime.steps=0",

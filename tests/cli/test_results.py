@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from baldwinlab.core import console
 from tests.commands import Command
 from tests.papers.test_papers import write_paper
 from tests.small_studies import make_small_study, shorten_preset
@@ -93,3 +94,15 @@ def test_lists_are_json_on_request(command: Command, arguments: tuple[str, ...],
 def test_an_experiment_is_json_on_request(command: Command) -> None:
     content = json.loads(command("show", "evo/A", "--json").out)
     assert content["name"] == "evo/A" and content["learning"]["rule"] == "none"
+
+
+def test_a_narrow_terminal_shows_the_names_of_the_conditions(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_small_study(tmp_path / "study")
+    monkeypatch.setattr(console.console, "_width", 40)
+    out = command("report", "study").out
+    table = out[out.index("Comparison of the conditions") : out.index("Each condition is")]
+    names = "".join(line[:12].strip() for line in table.splitlines())
+    assert "evo+self-taught/A" in names
+    assert max(map(len, table.splitlines())) <= 40

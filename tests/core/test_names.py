@@ -118,12 +118,13 @@ def test_an_unknown_preset_lists_at_most_five_of_all_presets(name: str) -> None:
 
 FAULTS = {
     "Windows reserves": ["con", "CON", "evo/aux", "nul.toml", "com1/A", "Lpt9", "prn"],
+    "as a missing value": ["NA", "N/A", "None/A", "evo/null", "nan"],
     "Windows removes the dot or space": ["x.", "x./A", "evo/A ", "x. "],
 }
-VALID_NAMES = ["evo/A", "console", "com", "com10", "a.con", "x.y", "evo/con-1"]
+VALID_NAMES = ["evo/A", "console", "com", "com10", "a.con", "x.y", "evo/con-1", "none", "evo+NA/A"]
 
 
-def test_a_name_that_windows_reserves_or_changes_has_a_fault() -> None:
+def test_a_name_that_windows_or_the_reader_of_a_table_changes_has_a_fault() -> None:
     for fault, names in FAULTS.items():
         assert [name for name in names if fault not in find_name_fault(name)] == []
     assert [name for name in VALID_NAMES if find_name_fault(name) != ""] == []

@@ -54,6 +54,10 @@ def test_a_partially_created_study_can_be_created_again(tmp_path: Path) -> None:
     [
         (["Evo/A", "evo/A"], "'Evo/A' and 'evo/A' differ only in capital letters"),
         (["con"], "no condition can be called 'con': Windows reserves 'con' for a device"),
+        (
+            ["evo/A", "NA"],
+            "no condition can be called 'NA': tables are read with 'NA' as a missing",
+        ),
         (["evo/AUX.1"], "Windows reserves 'AUX.1' for a device"),
         (["x."], "Windows removes the dot or space at the end of 'x.'"),
         (["x.NC"], "a study has files with such endings"),

@@ -12,7 +12,8 @@ from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
 from baldwinlab.analysis.assays.criteria import Terms
-from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_number, format_numbers
+from baldwinlab.analysis.results.table import format_medians
 from baldwinlab.analysis.results.verdicts import (
     EQUAL,
     NO,
@@ -65,13 +66,12 @@ def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]
     on = analysis.find_number(result.condition, "on", "last")
     off = analysis.find_number(result.condition, "off", "last")
     if gain.numbers and on and off:
+        median_on, median_off = format_medians(gain.numbers)
+        last_medians = " and ".join(format_numbers([on.median, off.median]))
         yield (
-            f"Over all generations, the average agent {analysis.terms.eats} "
-            f"{format_number(gain.numbers.median_a)} with learning on and "
-            f"{format_number(gain.numbers.median_b)} with learning off"
-            f"{_note_insignificance(gain)}. In the last {analysis.last} generations, it "
-            f"{analysis.terms.eats} "
-            f"{format_number(on.median)} and {format_number(off.median)}."
+            f"Over all generations, the average agent {analysis.terms.eats} {median_on} with "
+            f"learning on and {median_off} with learning off{_note_insignificance(gain)}. In the "
+            f"last {analysis.last} generations, it {analysis.terms.eats} {last_medians}."
         )
 
 
@@ -84,21 +84,20 @@ def _describe_drift(result: ConditionResult) -> Iterator[str]:
             SAME: "Random changes help as much as learning.",
             UNDECIDED: _describe_undecided(drift),
         }
+        learning, random = format_medians(drift.numbers)
         yield (
-            "With random weight changes instead of learning (drift), it eats "
-            f"{format_number(drift.numbers.median_b)}; in the same generations it eats "
-            f"{format_number(drift.numbers.median_a)} with learning. "
-            f"{meaning[_difference_sign(drift)]}"
+            f"With random weight changes instead of learning (drift), it eats {random}; in the "
+            f"same generations it eats {learning} with learning. {meaning[_difference_sign(drift)]}"
         )
 
 
 def _describe_newborns(result: ConditionResult) -> Iterator[str]:
     newborns = result.answer("newborns")
     if newborns.numbers:
+        evolved, random = format_medians(newborns.numbers)
         yield (
-            "In their lifetime, newborns of the last generation eat "
-            f"{format_number(newborns.numbers.median_a)}, and random genomes that also learn eat "
-            f"{format_number(newborns.numbers.median_b)}{_note_insignificance(newborns)}."
+            f"In their lifetime, newborns of the last generation eat {evolved}, and random genomes "
+            f"that also learn eat {random}{_note_insignificance(newborns)}."
         )
 
 
@@ -108,11 +107,10 @@ def _describe_innate(analysis: Analysis, result: ConditionResult) -> Iterator[st
         return
     innate = result.answer("innate")
     if innate.numbers:
+        last, first = format_medians(innate.numbers)
         yield (
-            f"With learning off, agents {analysis.terms.eat} "
-            f"{format_number(innate.numbers.median_b)} in the first {analysis.last} generations "
-            f"and {format_number(innate.numbers.median_a)} in the last"
-            f"{_note_insignificance(innate)}."
+            f"With learning off, agents {analysis.terms.eat} {first} in the first {analysis.last} "
+            f"generations and {last} in the last{_note_insignificance(innate)}."
         )
     share = result.answer("share")
     if share.numbers:
@@ -120,11 +118,11 @@ def _describe_innate(analysis: Analysis, result: ConditionResult) -> Iterator[st
         meaning = (
             " Agents gain a larger part of their fitness by learning than before." if falls else ""
         )
+        percentages = [100 * share.numbers.median_a, 100 * share.numbers.median_b]
+        last, first = format_numbers(percentages)
         yield (
-            "The innate share is "
-            f"{format_number(100 * share.numbers.median_b)} % of the fitness with learning in the "
-            f"first generations and {format_number(100 * share.numbers.median_a)} % in the "
-            f"last{_note_insignificance(share)}.{meaning}"
+            f"The innate share is {first} % of the fitness with learning in the first generations "
+            f"and {last} % in the last{_note_insignificance(share)}.{meaning}"
         )
     yield from _describe_guidance(result, analysis.terms)
 
@@ -150,10 +148,10 @@ def _describe_guidance(result: ConditionResult, terms: Terms) -> Iterator[str]:
             SAME: "Both are the same.",
             UNDECIDED: _describe_undecided(guidance),
         }
+        median, median_of_control = format_medians(guidance.numbers)
         yield (
-            f"With learning off, agents of the last generations {terms.eat} "
-            f"{format_number(guidance.numbers.median_a)}; agents of the no-learning control "
-            f"({result.control}) {terms.eat} {format_number(guidance.numbers.median_b)}. "
+            f"With learning off, agents of the last generations {terms.eat} {median}; agents of "
+            f"the no-learning control ({result.control}) {terms.eat} {median_of_control}. "
             f"{meaning[_difference_sign(guidance)]}"
         )
 
@@ -168,10 +166,10 @@ def _describe_gain_change(result: ConditionResult) -> Iterator[str]:
             UNDECIDED: "does not change significantly",
         }
         note = TOO_FEW_RUNS_NOTE if change.has_too_few_runs else ""
+        last, first = format_medians(change.numbers)
         yield (
-            f"The gain from learning {verb[_difference_sign(change)]}{note}: "
-            f"{format_number(change.numbers.median_b)} in the first generations, "
-            f"{format_number(change.numbers.median_a)} in the last."
+            f"The gain from learning {verb[_difference_sign(change)]}{note}: {first} in the first "
+            f"generations, {last} in the last."
         )
 
 
@@ -213,10 +211,7 @@ def _compare_with_neutral(answer: Answer) -> str:
         if answer.has_too_few_runs
         else "the effect of selection is undecided",
     }
-    return (
-        f"{format_number(answer.numbers.median_a)} against "
-        f"{format_number(answer.numbers.median_b)} ({meaning[answer.verdict]})"
-    )
+    return f"{' against '.join(format_medians(answer.numbers))} ({meaning[answer.verdict]})"
 
 
 def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
@@ -235,13 +230,13 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
             "improves fitness",
             2: "Each of the two evolved modules alone improves fitness",
         }
+        medians = [reinforcement.numbers.median_a, action.numbers.median_a]
+        texts = format_numbers([*medians, action.numbers.median_b, both.median])
         yield (
-            f"{meaning[len(improving_modules)]}{note}: agents eat "
-            f"{format_number(reinforcement.numbers.median_a)} with an evolved reinforcement module "
-            f"and a random action module, {format_number(action.numbers.median_a)} with a random "
-            "reinforcement module and an evolved action module, "
-            f"{format_number(action.numbers.median_b)} with both random, and "
-            f"{format_number(both.median)} with both evolved."
+            f"{meaning[len(improving_modules)]}{note}: agents eat {texts[0]} with an evolved "
+            f"reinforcement module and a random action module, {texts[1]} with a random "
+            f"reinforcement module and an evolved action module, {texts[2]} with both random, and "
+            f"{texts[3]} with both evolved."
         )
 
 

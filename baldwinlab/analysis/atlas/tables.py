@@ -20,7 +20,12 @@ from scipy import stats
 
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
-from baldwinlab.analysis.results.numbers import finite_or_none, replace_undefined
+from baldwinlab.analysis.results.numbers import (
+    finite_or_none,
+    format_estimate,
+    format_percentage,
+    replace_undefined,
+)
 from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
 
 Floats = npt.NDArray[np.float64]
@@ -42,7 +47,7 @@ class MeanInterval(NamedTuple):
     def __str__(self) -> str:
         if not self.runs:
             return "not defined"
-        return f"{self.mean:.3g} [{self.low:.3g}, {self.high:.3g}]"
+        return format_estimate(self.mean, self.low, self.high, digits=3)
 
 
 def estimate_mean(values: xr.DataArray | Floats, level: float = CONFIDENCE_LEVEL) -> MeanInterval:
@@ -134,7 +139,7 @@ def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
 
 def format_fall(fall: float) -> str:
     """Return a difference of log(d_first / d_last) as a percentage: log(2) -> "+50 %"."""
-    return f"{100 * (1 - np.exp(-fall)):+.0f} %" if np.isfinite(fall) else "–"
+    return format_percentage(1 - np.exp(-fall), "+") if np.isfinite(fall) else "–"
 
 
 def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
@@ -146,7 +151,7 @@ def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 def format_label(value: Any) -> str:
     """Return a value of a swept field for an axis or a table."""
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str:

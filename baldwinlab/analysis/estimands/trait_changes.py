@@ -46,7 +46,7 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import Table, add_detail, tabulate
-from baldwinlab.analysis.results.numbers import format_number, to_csv
+from baldwinlab.analysis.results.numbers import format_estimate, format_number, to_csv
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.core.file_writing import write_atomically
@@ -210,8 +210,7 @@ def _format_row(row: Mapping[str, Any]) -> str:
     """Return a median with its interval. Most changes are small, so they have three digits."""
     if not row["runs"]:
         return "undefined"
-    interval = "" if np.isnan(row["low"]) else f" [{row['low']:.3g}, {row['high']:.3g}]"
-    return f"{row['median']:.3g}{interval}".replace("-", "−")
+    return format_estimate(row["median"], row["low"], row["high"], digits=3).replace("-", "−")
 
 
 def _make_figures(

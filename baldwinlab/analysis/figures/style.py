@@ -92,6 +92,8 @@ MATPLOTLIB_SETTINGS: dict[str, Any] = {
     # Text is text, which programs can search and edit.
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
+    # A label can be text of a part or of a paper, in which a dollar sign begins no formula.
+    "text.parse_math": False,
     # Without a salt, identifiers in the SVG are random.
     "svg.hashsalt": "baldwinlab",
     "xtick.color": GRAY,
@@ -190,19 +192,17 @@ def to_svg(figure: Figure) -> bytes:
 
 
 @styled
-def _to_png(figure: Figure) -> bytes:
+def to_png(figure: Figure, software: str | None = None) -> bytes:
+    """Render a figure as PNG. `software`: mark of the program that wrote the file."""
     page = io.BytesIO()
-    # The layout of the SVG is used again, because a new layout takes longer than drawing.
-    figure.set_layout_engine("none")
     figure.set_dpi(200)
-    FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
+    FigureCanvasAgg(figure).print_png(page, metadata={"Software": software})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 
 @styled
 def _to_pdf(figure: Figure) -> bytes:
     page = io.BytesIO()
-    figure.set_layout_engine("none")
     metadata = {"CreationDate": None, "Creator": None, "Producer": None}
     FigureCanvasPdf(figure).print_pdf(page, metadata=metadata)  # type: ignore[no-untyped-call]
     return page.getvalue()
@@ -218,16 +218,11 @@ def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
     width, height = figure.get_size_inches()
     figure.set_size_inches(width, height + NOTE_LINE_HEIGHT * len(lines))
     figure.supxlabel("\n".join(lines), x=0.01, ha="left", color=DARK_GRAY)
-    if file_format == "svg":
-        return to_svg(figure)
-    figure.set_dpi(200)
-    page = io.BytesIO()
     if file_format == "pdf":
-        metadata = {"CreationDate": None, "Creator": None, "Producer": None}
-        FigureCanvasPdf(figure).print_pdf(page, metadata=metadata)  # type: ignore[no-untyped-call]
-    else:
-        FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
-    return page.getvalue()
+        # The resolution of images in the PDF.
+        figure.set_dpi(200)
+        return _to_pdf(figure)
+    return to_svg(figure) if file_format == "svg" else to_png(figure)
 
 
 class LayoutSize(NamedTuple):
@@ -266,9 +261,11 @@ def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     drawing = to_svg(figure)
     # The layout uses positions that the next drawing changes.
     layout = arrange_panels(figure)
+    # The layout is used again, because a new layout takes longer than drawing.
+    figure.set_layout_engine("none")
     write_atomically(folder / f"{name}.svg", drawing)
     write_atomically(folder / f"{name}.pdf", _to_pdf(figure))
-    write_atomically(folder / f"{name}.png", _to_png(figure))
+    write_atomically(folder / f"{name}.png", to_png(figure))
     wide = LayoutSize(*(figure.get_size_inches() * POINTS_PER_INCH).tolist())
     # A page is no XML document.
     element = drawing[drawing.index(b"<svg") :].decode()

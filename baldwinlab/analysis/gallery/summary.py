@@ -26,6 +26,7 @@ from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE
 from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement, SystemName
 from baldwinlab.analysis.palette import BLACK, VERMILION
 from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, tabulate
+from baldwinlab.analysis.results.numbers import format_percentage
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, UNDECIDED, YES
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
@@ -193,7 +194,7 @@ def format_effect(number: float, unit: str = DIMENSIONLESS) -> str:
         factor = exp(-number)
         if factor > LARGEST_PERCENTAGE:
             return f"×{factor:,.0f}" if factor >= INTEGER_EFFECT else f"×{factor:.1f}"
-        return f"{100 * (1 - factor):+,.0f} %".replace("-", "−")
+        return format_percentage(1 - factor, "+").replace("-", "−")
     text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
     return text.replace("-", "−")
 

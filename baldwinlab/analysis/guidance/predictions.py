@@ -24,6 +24,7 @@ from baldwinlab.analysis.guidance.effects import (
     LEARNING,
     compute_effects,
 )
+from baldwinlab.analysis.results.numbers import format_estimate
 from baldwinlab.analysis.results.verdicts import (
     FAILS,
     HOLDS,
@@ -169,7 +170,8 @@ def _evaluate_noise(groups: Groups, bounds: Bounds) -> Decision:
     shares = ", ".join(
         f"{ratio:.2f} at K = {level:g}" for ratio, level in zip(ratios, k, strict=True)
     )
-    numbers = f"Ratio {shares}; slope {float(ratios @ centered):.3g} [{low:.3g}, {high:.3g}] per K."
+    slope = format_estimate(float(ratios @ centered), low, high, digits=3)
+    numbers = f"Ratio {shares}; slope {slope} per K."
     weakest = min(estimate_mean(values).low for values in learning.T)
     if weakest <= 0:
         return UNDECIDED, f"{numbers} The effect of learning is not above 0 at every K."

@@ -225,7 +225,7 @@ def format_value(value: Any) -> str:
     """Return the value of a setting as text."""
     if isinstance(value, bool):
         return str(value).lower()
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def describe_changed_settings(report: ReportData, paper: Paper) -> list[str]:

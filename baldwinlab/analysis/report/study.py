@@ -29,7 +29,7 @@ from baldwinlab.analysis.report.sections import (
 from baldwinlab.analysis.report.tables import name_measures
 from baldwinlab.analysis.results.contrasts import Contrast
 from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
-from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_number, format_numbers
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
@@ -107,11 +107,11 @@ def _describe_conditions(report: ReportData) -> list[str]:
     values = fitness.final(report.data, "mean", report.last).sel(condition=name).dropna("run")
     if not values.size:
         return [f"No run of {name} is stored."]
-    low, high = format_number(float(values.min())), format_number(float(values.max()))
+    low, median, high = format_numbers(values.quantile([0, 0.5, 1]).values.tolist())
     outcome = name_outcome_of(fitness.outcome(report.data), "average agent")
     return [
         f"In the last {report.last} generations, the median of {outcome} is "
-        f"{format_number(float(values.median()))} in {format_count(values.size, 'run')} of {name}.",
+        f"{median} in {format_count(values.size, 'run')} of {name}.",
         f"The runs are between {low} and {high}.",
     ]
 

@@ -21,6 +21,7 @@ from baldwinlab.analysis.results.table import (
     NUMBER_HEADINGS,
     TEST_HEADINGS,
     format_comparison,
+    format_medians,
     list_cells,
 )
 from baldwinlab.analysis.results.verdicts import MARKS, UNSTABLE
@@ -96,7 +97,7 @@ def number_cells(numbers: Any, p_holm: float, *details: str) -> list[Any]:
 
 def describe_medians(pairs: Pairs) -> str:
     """Return the medians of both samples, such as "12.5; compared with 10.2"."""
-    return f"{format_number(pairs.median_a)}; compared with {format_number(pairs.median_b)}"
+    return "; compared with ".join(format_medians(pairs))
 
 
 def tabulate_contrasts(contrasts: Contrasts) -> Table:
@@ -165,7 +166,7 @@ def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
     for result in results:
         for finding in result.findings:
             comparison, numbers = finding.comparison, finding.numbers
-            medians = [numbers.median_a, numbers.median_b][: 2 if numbers.n_b else 1]
+            medians = format_medians(numbers)[: 2 if numbers.n_b else 1]
             rows.append(
                 [
                     result.claim.id,
@@ -173,7 +174,7 @@ def tabulate_findings(results: Sequence[ClaimResult]) -> Table:
                     comparison.a,
                     comparison.reference,
                     name_measure(finding),
-                    ", ".join(map(format_number, medians)),
+                    ", ".join(medians),
                     format_number(numbers.u),
                     *format_comparison(numbers, finding.p_holm).values(),
                 ]
@@ -204,8 +205,7 @@ def describe_comparison(finding: Finding) -> str:
         is_number = finding.rule.kind == "number" and comparison.measure != "most"
         aggregate = f", {finding.rule.statistic} over runs" if is_number else ""
         return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
-    median_a = format_number(finding.numbers.median_a)
-    median_b = format_number(finding.numbers.median_b)
+    median_a, median_b = format_medians(finding.numbers)
     method = _describe_method(finding)
     return f"{comparison.a} {median_a}, {comparison.reference} {median_b} ({measure}{method})"
 
@@ -233,8 +233,7 @@ def describe_finding(finding: Finding) -> str:
             f"{measure}, restricted mean: {signed} in {comparison.a} compared with "
             f"{comparison.reference}"
         )
-    median_a = format_number(finding.numbers.median_a)
-    median_b = format_number(finding.numbers.median_b)
+    median_a, median_b = format_medians(finding.numbers)
     return (
         f"{measure}, median over runs: {median_a} in {comparison.a}, "
         f"{median_b} in {comparison.reference}"

@@ -12,7 +12,7 @@ from math import isnan
 from typing import Final
 
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.results.numbers import format_number, join_names
+from baldwinlab.analysis.results.numbers import format_numbers, join_names
 from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED
 from baldwinlab.experiment.outcome import ITEMS
 
@@ -130,13 +130,17 @@ def _describe_decided(
 
 
 def _compare(row: Contrast, more: str, fewer: str) -> str:
-    effect = row.numbers.effect
-    return f"{format_number(abs(effect))} {more if effect > 0 else fewer}"
+    return f"{_format_effect(row)[0]} {more if row.numbers.effect > 0 else fewer}"
 
 
 def _format_interval(row: Contrast) -> str:
-    low, high = row.numbers.low, row.numbers.high
-    return "" if isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
+    _, low, high = _format_effect(row)
+    return "" if isnan(row.numbers.low) else f" [{low}, {high}]"
+
+
+def _format_effect(row: Contrast) -> list[str]:
+    """Return the size of an effect and its interval as texts."""
+    return format_numbers([abs(row.numbers.effect), row.numbers.low, row.numbers.high])
 
 
 def _name_agents(condition: str) -> str:

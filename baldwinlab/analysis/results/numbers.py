@@ -5,30 +5,77 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+# Smaller numbers have an exponent.
+MIN_PLAIN: Final = 1e-4
 
 
 def format_number(value: float) -> str:
     """Return about three digits, such as "1,235", "12.3" or "1.23"; a dash if not finite.
 
-    >>> format_number(1234.6), format_number(-12.34), format_number(0.001)
-    ('1,235', '−12.3', '0.00')
+    >>> format_number(1234.6), format_number(-12.34), format_number(0.000647)
+    ('1,235', '−12.3', '0.000647')
     """
+    return format_numbers([value])[0]
+
+
+def format_numbers(values: Sequence[float]) -> list[str]:
+    """Return numbers that are read together. Different numbers have different texts.
+
+    >>> format_numbers([12.34, 12.31, 44.6]), format_numbers([0.0, 1e-5])
+    (['12.34', '12.31', '44.60'], ['0', '1.00e−5'])
+    """
+    return _distinguish([float(value) for value in values], _format_decimals)
+
+
+def format_levels(values: Sequence[Any], digits: int = 4) -> list[str]:
+    """Return the values of a setting without trailing zeros. Different numbers have other texts.
+
+    `digits`: number of significant digits that are enough for most values.
+
+    >>> format_levels([0.1, 1e-5, "tournament"]), format_levels([1.00001, 1.00002])
+    (['0.1', '1e-05', 'tournament'], ['1.00001', '1.00002'])
+    """
+    numbers = [value for value in values if isinstance(value, float)]
+    texts = _distinguish(numbers, lambda value, extra: f"{value:.{digits + extra}g}")
+    text_by_number = dict(zip(numbers, texts, strict=True))
+    return [text_by_number[value] if isinstance(value, float) else str(value) for value in values]
+
+
+def _distinguish(numbers: Sequence[float], write: Callable[[float, int], str]) -> list[str]:
+    """Return each number as text, with the fewest digits that distinguish the numbers.
+
+    `write`: returns a number with a number of additional digits.
+    """
+    # Numbers that differ only after ten digits differ by rounding.
+    different = {float(f"{number:.10g}") for number in numbers if math.isfinite(number)}
+    extra = 0
+    while extra < 10 and len({write(number, extra) for number in different}) < len(different):
+        extra += 1
+    return [write(number, extra) for number in numbers]
+
+
+def _format_decimals(value: float, extra: int) -> str:
+    size = abs(value)
     if not math.isfinite(value):
         return "–"
     if value == 0:
         return "0"
-    text = f"{value:,.{_decimals(value)}f}"
-    # A small negative number is shown as "0.00", without a minus sign.
-    is_zero = float(text.replace(",", "")) == 0
-    return text.removeprefix("-") if is_zero else text.replace("-", "−")
+    if size < MIN_PLAIN:
+        digits, exponent = f"{value:.{2 + extra}e}".split("e")
+        return f"{digits}e{int(exponent)}".replace("-", "−")
+    # A smaller number would be 0.00 with two decimals.
+    small_decimals = 2 if size >= 0.005 else 2 - math.floor(math.log10(size))
+    decimals = 0 if size >= 100 else 1 if size >= 10 else small_decimals
+    return f"{value:,.{decimals + extra}f}".replace("-", "−")
 
 
-def _decimals(value: float) -> int:
-    if abs(value) >= 100:
-        return 0
-    return 1 if abs(value) >= 10 else 2
+def format_percentage(share: float, sign: str = "") -> str:
+    """Return a percentage, such as "34 %" or "0.3 %". `sign`: "+" for "+34 %"."""
+    digits = ".0f" if round(100 * share) or not share else ".1g"
+    return f"{100 * share:{sign}{digits}} %"
 
 
 def format_signed(value: float) -> str:
@@ -45,14 +92,18 @@ def format_p_value(p: float) -> str:
     return f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
 
 
-def format_estimate(value: float, low: float, high: float) -> str:
+def format_estimate(value: float, low: float, high: float, digits: int = 0) -> str:
     """Return "1.20 [1.10, 1.30]": a value and the interval, or "1.20" without an interval.
+
+    `digits`: number of significant digits without trailing zeros, by default that of
+    `format_numbers`.
 
     >>> format_estimate(15.75, 2.88, 44.6)
     '15.8 [2.88, 44.6]'
     """
-    interval = "" if math.isnan(low) else f" [{format_number(low)}, {format_number(high)}]"
-    return f"{format_number(value)}{interval}"
+    numbers = [value] if math.isnan(low) else [value, low, high]
+    first, *interval = format_levels(numbers, digits) if digits else format_numbers(numbers)
+    return f"{first} [{', '.join(interval)}]" if interval else first
 
 
 def join_names(names: Sequence[str]) -> str:

@@ -9,7 +9,12 @@ from collections.abc import Mapping
 from typing import Final
 
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.results.numbers import format_estimate, format_number, format_p_value
+from baldwinlab.analysis.results.numbers import (
+    format_estimate,
+    format_number,
+    format_numbers,
+    format_p_value,
+)
 from baldwinlab.analysis.results.verdicts import TOO_FEW_RUNS
 from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
 from baldwinlab.experiment.outcome import name_outcome_of
@@ -109,6 +114,11 @@ def format_effect(numbers: Comparison | Pairs) -> str:
     is_level = isinstance(numbers, Comparison) and not numbers.n_b
     sign = "+" if numbers.effect > 0 and not is_level else ""
     return f"{sign}{format_estimate(numbers.effect, numbers.low, numbers.high)}"
+
+
+def format_medians(numbers: Comparison | Pairs) -> list[str]:
+    """Return the medians of both samples."""
+    return format_numbers([numbers.median_a, numbers.median_b])
 
 
 def format_test(contrast: Contrast) -> str:

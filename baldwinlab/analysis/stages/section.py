@@ -31,6 +31,7 @@ from baldwinlab.analysis.results.numbers import (
     format_estimate,
     format_number,
     format_p_value,
+    format_percentage,
     to_csv,
 )
 from baldwinlab.analysis.results.table import format_effect
@@ -133,7 +134,7 @@ def _tabulate_ranks(curve: SpecificationResults) -> Table:
             row.learner,
             format_number(row.median_rank),
             f"{format_number(row.ranks.min())} to {format_number(row.ranks.max())}",
-            f"{100 * row.share_above_noise:.0f} %",
+            format_percentage(row.share_above_noise),
         ]
         for row in curve.learners
     ]

@@ -21,7 +21,7 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.results.numbers import to_csv
+from baldwinlab.analysis.results.numbers import format_levels, to_csv
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.intervals import interval_of_mean
 from baldwinlab.core.file_writing import write_atomically
@@ -100,11 +100,6 @@ def is_number(values: xr.DataArray) -> bool:
     return bool(np.issubdtype(values.dtype, np.number))
 
 
-def format_value(value: Any) -> str:
-    """Return the value of a field as text."""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
 def list_values(values: xr.DataArray) -> list[Any]:
     """Return the distinct values of a field: numbers in ascending order, texts as declared."""
     if is_number(values):
@@ -126,12 +121,10 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
         # One group per value.
         positions = distinct if has_numbers else range(len(distinct))
         return [
-            Group(
-                label=format_value(value),
-                position=float(position),
-                points=np.flatnonzero(values == value),
+            Group(label, float(position), np.flatnonzero(values == value))
+            for label, position, value in zip(
+                format_levels(distinct), positions, distinct, strict=True
             )
-            for value, position in zip(distinct, positions, strict=True)
         ]
     n_groups = min(MAX_GROUPS, max(MIN_GROUPS, values.size // MIN_GROUP_POINTS))
     inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]  # Without 0 and 1.
@@ -145,7 +138,7 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
 
 def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group:
     selected = values[points]
-    label = f"{format_value(selected.min())} to {format_value(selected.max())}"
+    label = " to ".join(format_levels([selected.min().item(), selected.max().item()]))
     return Group(label=label, position=float(np.median(selected)), points=points)
 
 

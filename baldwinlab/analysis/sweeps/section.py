@@ -28,7 +28,9 @@ from baldwinlab.analysis.results.headlines import (
 )
 from baldwinlab.analysis.results.numbers import (
     format_estimate,
+    format_levels,
     format_number,
+    format_numbers,
     format_p_value,
     format_signed,
     join_names,
@@ -135,7 +137,7 @@ def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _list_values(finals: xr.Dataset, field: str) -> str:
-    values = [analysis.format_value(value) for value in analysis.list_values(finals[field])]
+    values = format_levels(analysis.list_values(finals[field]))
     if len(values) <= analysis.MAX_GROUPS or not analysis.is_number(finals[field]):
         return ", ".join(values)
     return f"{values[0]} to {values[-1]}, {len(values)} different values"
@@ -177,10 +179,12 @@ def _tabulate_correlations(finals: xr.Dataset) -> Table | None:
 def _tabulate_points(finals: xr.Dataset) -> Table:
     """Return the settings of each point, its runs and the means of all measures."""
     fields = finals.attrs["fields"]
+    settings = {field: format_levels(finals[field].values.tolist()) for field in fields}
     points: dict[int, list[Any]] = {}
     for row in analysis.tabulate_points(finals):
-        settings = [analysis.format_value(row[field]) for field in fields]
-        cells = points.setdefault(row["point"], [row["point"], *settings, row["runs"]])
+        point = row["point"]
+        labels = [settings[field][point] for field in fields]
+        cells = points.setdefault(point, [point, *labels, row["runs"]])
         cells.append(format_estimate(row["mean"], row["low"], row["high"]))
     numbers = (*fields, "Runs", *_name_measures(finals))
     return tabulate("All points", ["Point"], numbers, points.values())
@@ -217,8 +221,7 @@ def _describe_curves(finals: xr.Dataset) -> str:
 def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
     values = analysis.compute_table(finals, row, column, SUMMARY_MEASURE)
     finite = values[np.isfinite(values)]
-    low = format_number(float(finite.min()))
-    high = format_number(float(finite.max()))
+    low, high = format_numbers([finite.min(initial=np.inf), finite.max(initial=-np.inf)])
     row_title = figures.describe_field(finals, row)
     column_title = figures.describe_field(finals, column)
     return ReportFigure(
@@ -242,11 +245,11 @@ def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str,
         for measure in fitness.MEASURES
     }
     cells = []
-    for row_index, row_group in enumerate(analysis.group_points(finals, row)):
-        for column_index, column_group in enumerate(analysis.group_points(finals, column)):
+    for row_index, row_value in enumerate(analysis.list_values(finals[row])):
+        for column_index, column_value in enumerate(analysis.list_values(finals[column])):
             cell = (row_index, column_index)
             values = {measure: float(table[cell]) for measure, table in tables.items()}
-            cells.append({row: row_group.label, column: column_group.label, **values})
+            cells.append({row: row_value, column: column_value, **values})
     return cells
 
 
@@ -329,6 +332,8 @@ def _select_points(means: np.ndarray) -> list[int]:
 
 
 def _label_point(finals: xr.Dataset, point: int) -> str:
-    values = finals.isel(point=point)
-    fields = finals.attrs["fields"]
-    return ", ".join(f"{field} = {analysis.format_value(values[field].item())}" for field in fields)
+    settings = {
+        field: format_levels(finals[field].values.tolist())[point]
+        for field in finals.attrs["fields"]
+    }
+    return ", ".join(f"{field} = {value}" for field, value in settings.items())

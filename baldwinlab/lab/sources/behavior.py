@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.analysis.results.numbers import format_number
+from baldwinlab.analysis.results.numbers import format_numbers, format_percentage
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.outcome import name_experiment_outcome
 from baldwinlab.lab import Lab, Query
@@ -106,7 +106,9 @@ def answer_innate(outcome: str, run: int, means: Mapping[str, Any]) -> str:
     """
     generations, innate, learned = means["generations"], means["innate"][-1], means["learned"][-1]
     if 0 <= innate < learned:
-        answer = f"learning is not needed for {100 * innate / learned:.0f} % of the {outcome}"
+        answer = (
+            f"learning is not needed for {format_percentage(innate / learned)} of the {outcome}"
+        )
     elif innate < learned:
         answer = f"learning adds to the {outcome}"
     else:
@@ -118,7 +120,7 @@ def answer_innate(outcome: str, run: int, means: Mapping[str, Any]) -> str:
 
 
 def _name_means(means: Mapping[str, Any], index: int) -> str:
-    innate, learned = (format_number(means[name][index]) for name in ("innate", "learned"))
+    innate, learned = format_numbers([means[name][index] for name in ("innate", "learned")])
     return f"{innate} without and {learned} with learning"
 
 

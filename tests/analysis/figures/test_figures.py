@@ -23,7 +23,13 @@ from PIL import Image
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.figures.style import choose_style, save_figure, style_conditions, to_svg
+from baldwinlab.analysis.figures.style import (
+    choose_style,
+    save_figure,
+    style_conditions,
+    to_png,
+    to_svg,
+)
 from baldwinlab.analysis.figures.world import draw_trajectories, split_at_edges
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.records import Multiverse
@@ -137,6 +143,15 @@ def render(name: str) -> tuple[Figure, bytes]:
 def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) -> None:
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
         assert to_svg(DRAW[name]()) == render(name)[1]
+
+
+def test_a_picture_of_a_life_has_no_setting_of_the_user() -> None:
+    expected = to_png(DRAW["trajectories"](), "mark")
+    with mpl.rc_context({"savefig.transparent": True, "savefig.bbox": "tight", "savefig.dpi": 30}):
+        assert to_png(DRAW["trajectories"](), "mark") == expected
+    with Image.open(io.BytesIO(expected)) as picture:
+        assert picture.size == (720, 820) and picture.info["Software"] == "mark"
+        assert picture.convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
 
 
 @pytest.mark.parametrize("name", DRAW)

@@ -262,7 +262,7 @@ def test_facts_may_be_absent() -> None:
 
 
 def test_numbers_have_three_digits_and_probabilities_are_never_nought() -> None:
-    numbers = {0: "0", 286.4: "286", -9.75: "−9.75", 12345.6: "12,346", 0.001: "0.00"}
+    numbers = {0: "0", 286.4: "286", -9.75: "−9.75", 12345.6: "12,346", 0.001: "0.00100"}
     assert [format_number(value) for value in numbers] == [*numbers.values()]
     probabilities = {1e-9: "1.0e-09", 0.0312: "0.031", 0.24: "0.24", 1: "1.00"}
     assert [format_p_value(p) for p in probabilities] == [*probabilities.values()]

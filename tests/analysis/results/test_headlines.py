@@ -15,6 +15,7 @@ from baldwinlab.analysis.results.headlines import (
     name_learners,
     summarize_contrasts,
 )
+from baldwinlab.analysis.results.table import list_cells
 from tests.analysis.results.studies import compare_conditions, study
 
 HIGH = range(100, 108)
@@ -45,6 +46,16 @@ def test_the_number_is_the_difference_of_the_medians() -> None:
     (sentence,) = summarize_contrasts(compare({"evo/A": range(8), "taught/A": values}))
     difference = np.median(values) - np.median(range(8))
     assert f"eat {difference:.1f} more items" in sentence
+
+
+def test_an_effect_of_a_small_scale_is_not_0() -> None:
+    low, high = ([value * 1e-5 for value in values] for values in (LOW, HIGH))
+    contrasts = compare({"evo": low, "taught": high}, "energy")
+    (sentence,) = summarize_contrasts(contrasts)
+    assert sentence.startswith("The energy of agents that learn is 0.000900 higher than that of")
+    effects = [cells["effect"] for cells in list_cells(contrasts)]
+    assert effects[0].startswith("+0.000900 [0.000")
+    assert not any(re.search(r"\b0\.0+\b", text) for text in (sentence, *effects))
 
 
 def test_only_agents_of_known_conditions_learn() -> None:

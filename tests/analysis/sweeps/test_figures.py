@@ -89,3 +89,16 @@ def test_heat_maps_write_the_means_into_their_cells() -> None:
     figure = draw_heat_maps(compute_finals(grid()), RATE, COUNT)
     cells = [text.get_text() for text in figure.axes[1].texts]
     assert cells == ["0", "4.5", "14", "0", "1.5", "10"]
+
+
+def test_a_dollar_sign_in_a_description_begins_no_formula() -> None:
+    data = grid()
+    # The first one is no valid formula, and the second one is.
+    data[RATE].attrs["long_name"] = "price, $\\frac{$"
+    data[COUNT].attrs["long_name"] = "from $x_1$ to $y$"
+    for figure in (
+        draw_response_curves(compute_finals(data)),
+        draw_heat_maps(compute_finals(data), RATE, COUNT),
+    ):
+        drawing = to_svg(figure)
+        assert b"price, $\\frac{$" in drawing and b"from $x_1$ to $y$" in drawing

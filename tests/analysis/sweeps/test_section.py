@@ -15,9 +15,11 @@ from baldwinlab.analysis.report.data import Link
 from baldwinlab.analysis.results.contrasts import Contrasts, compare_final_values
 from baldwinlab.analysis.results.headlines import summarize_contrasts
 from baldwinlab.analysis.sweeps.analysis import compute_finals
+from baldwinlab.analysis.sweeps.figures import draw_heat_maps
 from baldwinlab.analysis.sweeps.section import (
     describe_effects,
     describe_ranges,
+    draw_figures,
     link_points,
     summarize_design,
     write_sweep_report,
@@ -95,6 +97,40 @@ def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     heat_map = text.index('id="figure-responses-learning.rate-world.food.0.count"')
     order = [text.index(part) for part in ('<p class="lead">By learning.rate, ', "<table")]
     assert order[0] < heat_map < text.index('id="figure-responses"') < order[1]
+
+
+@pytest.mark.usefixtures("placeholder_figures")
+def test_levels_that_differ_little_stay_distinct_and_files_have_the_values(tmp_path: Path) -> None:
+    rates = [0.012341, 0.012342]
+    data = grid().assign_coords({"learning.rate": rates})
+    data["learning.rate"].attrs = grid()["learning.rate"].attrs
+    finals = compute_finals(data)
+    assert dict(summarize_design(finals))["learning.rate"].startswith("0.012341, 0.012342 (")
+    text = page_of(data, tmp_path).read_text("utf-8")
+    assert text.count(">0.012341<") == text.count(">0.012342<") >= 4
+    for figure in draw_figures(finals):
+        values = [row["learning.rate"] for row in figure.table]
+        assert sorted(set(values)) == rates
+    figure = draw_heat_maps(finals, "learning.rate", "world.food.0.count")
+    labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert labels == ["0.012341", "0.012342"]
+    sampled = sample(9)
+    close = np.linspace(0.012341, 0.012349, 9)
+    sampled["learning.rate"] = ("point", close, sampled["learning.rate"].attrs)
+    links = link_points(
+        compute_finals(sampled), [f"point-{number}" for number in range(9)], [5] * 9
+    )
+    assert [link.label.split(",")[0] for link in links] == [
+        "learning.rate = 0.012345",
+        "learning.rate = 0.012349",
+    ]
+
+
+@pytest.mark.usefixtures("placeholder_figures")
+def test_a_sweep_without_a_finite_value_has_a_page(tmp_path: Path) -> None:
+    data = grid()
+    data.energy[:] = data.food_eaten[:] = np.nan
+    assert "from – to –" in page_of(data, tmp_path).read_text("utf-8")
 
 
 @pytest.mark.usefixtures("placeholder_figures")
