@@ -186,9 +186,6 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     median = float(np.median(values))
     effect, low, high = median, nan, nan
     statistic = RULES[comparison.rule].statistic
-    # The measure "most" is the largest number over all runs.
-    if comparison.measure == "most":
-        statistic = "maximum"
     if statistic in SUMMARIES:
         # A mean or an extreme of all runs has no interval.
         effect = float(SUMMARIES[statistic](values))

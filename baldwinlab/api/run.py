@@ -20,12 +20,13 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.names import suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import BaseExperiment, assign
-from baldwinlab.experiment.conditions import SWEEP, Factors
+from baldwinlab.experiment.conditions import SWEEP
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
+from baldwinlab.papers.worlds import name_maps
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
@@ -175,7 +176,7 @@ def run_loaded(
         )
     folder = "-".join(name.replace("/", "-") for name in names)
     directory = Path("results") / folder if out is None else parse_location(out)
-    console.info_if_any(_describe_too_few(names, runs, baseline, directory))
+    console.info_if_any(_describe_too_few(experiments, runs, baseline, directory))
     # Genome files of founders from stored studies. They are in memory only.
     contents: list[bytes] = []
     if founders:
@@ -185,15 +186,16 @@ def run_loaded(
         return run_missing(request, options, callback)
 
 
-def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory: Path) -> str:
+def _describe_too_few(
+    experiments: Sequence[BaseExperiment], runs: int, baseline: str, directory: Path
+) -> str:
     """Return sentences if `runs` runs are too few for a verdict, else ""."""
-    if len(names) == 1:
+    if len(experiments) == 1:
         return ""
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.api.publish.comparisons import describe_planned, format_instruction
 
-    factors_of_presets = factors()
-    conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
+    conditions = name_maps({experiment.name: experiment for experiment in experiments}, factors())
     return describe_planned(conditions, runs, format_instruction(directory), baseline)
 
 

@@ -176,8 +176,8 @@ class Study(StudyRuns):
         ----------
         baseline : str or None
             Condition with which all other conditions are compared. By default a condition is
-            compared with the first condition on its map. The only condition of a map, and a
-            condition without a map, are compared with the first condition of the study.
+            compared with the first condition on its map, and the only condition of a map is not
+            compared. Conditions on different maps are compared only with a baseline.
         last : int
             Number of final generations that are averaged in each run, at least 1.
 

@@ -67,6 +67,8 @@ def show_contrasts(contrasts: Contrasts) -> None:
             if note:
                 console.info(f"{cells['condition']}, {cells['context']}: {note}")
         console.info_if_any(contrasts.too_few)
+    else:
+        console.info_if_any(contrasts.pairing)
 
 
 def make_claims_table(

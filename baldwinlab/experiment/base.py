@@ -119,7 +119,7 @@ class BaseExperiment(HashedFields):
         changed = to_plain_data(changes)
         tree = merge(self.to_dict(), changed)
         if self.schedule and "schedule" not in changed:
-            tree["schedule"] = drop_settings(tree["schedule"], changed)
+            tree["schedule"] = drop_settings(tree["schedule"], changed, _choosing_paths(tree))
         copy: Self = validate(_without_idle_tables(self, tree, changed))
         return copy
 
@@ -465,6 +465,11 @@ def _find_base_class(tree: dict[str, Any]) -> Any:
     return make_model_class(BaseExperiment, registry.find_class("model", name), name)
 
 
+def _choosing_paths(tree: dict[str, Any]) -> set[str]:
+    """Return the paths of the settings that choose parts."""
+    return {path for path, _, _ in choosing_fields(_find_base_class(tree))}
+
+
 class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
     """Experiment of a model that is not loaded. Its tables are plain data."""
 
@@ -557,7 +562,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     """
     settings = [paths.parse_assignment(assignment) for assignment in assignments]
     tree = experiment.to_dict()
-    choosing_paths = {path for path, _, _ in choosing_fields(_find_base_class(tree))}
+    choosing_paths = _choosing_paths(tree)
     part_choices = [(path, value) for path, value in settings if path in choosing_paths]
     for path, value in part_choices:
         paths.set_value(tree, path, value)

@@ -21,19 +21,32 @@ CONDITIONS: Final[StudyKind] = "conditions"
 SWEEP: Final[StudyKind] = "sweep"
 MULTIVERSE: Final[StudyKind] = "multiverse"
 STUDY_KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
+# Name of a map that is not of a paper. A second one is "your map 2".
+YOUR_MAP: Final = "your map"
 
 
 class Factors(NamedTuple):
     """Factors of a condition."""
 
     learner: str = ""  # Learning condition, for example "evo+self-taught".
-    map: str = ""  # Name of the map, or "".
+    map: str = ""  # Name of the map, from the settings: see `papers.worlds`. "" without maps.
     variant: str = ""  # Variant of the paper in a multiverse, or "".
 
     @property
     def title(self) -> str:
         """Title of a figure of the condition."""
-        return f"Map {self.map}, {self.learner}" if self.map else self.learner
+        return f"{title_map(self.map)}, {self.learner}" if self.map else self.learner
+
+
+def describe_map(name: str) -> str:
+    """Return a map in a sentence: "A" -> "map A", "your map" -> "your map"."""
+    return name if name.startswith(YOUR_MAP) else f"map {name}"
+
+
+def title_map(name: str) -> str:
+    """Return a map as a title: "A" -> "Map A", "" -> ""."""
+    text = describe_map(name) if name else ""
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def factor_coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:

@@ -9,7 +9,7 @@ The new value is valid in this generation and in all later generations. In TOML:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final
 
@@ -160,19 +160,20 @@ def add_file_hashes(experiment: Any) -> list[dict[str, Any]]:
     return changes
 
 
-def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+def drop_settings(
+    schedule: Any, changes: Mapping[str, Any], choosing_paths: Collection[str]
+) -> list[dict[str, Any]]:
     """Return a schedule without the settings that get one value for the whole run.
 
     `changes`: the settings that get one value, as nested tables. A new choice of a part, such as
     `evolution.selection`, also drops the scheduled settings of parts of this table, for example
-    `evolution.larger_tournament.size`.
+    `evolution.larger_tournament.size`. `choosing_paths`: the settings that choose parts.
     """
     replaced_values = dict(iterate_settings(changes))
-    # A text in a table is taken as a choice of a part. The name of the experiment is in no table.
     sections = {
         _parent_path(path)
         for path, value in replaced_values.items()
-        if isinstance(value, str) and "." in path
+        if isinstance(value, str) and "." in path and path in choosing_paths
     }
     remaining_changes = []
     for change in schedule:

@@ -163,19 +163,19 @@ def _find_selection_faults(members: Sequence[Any]) -> Iterator[str]:
 
 def _find_layout_faults(members: Sequence[Any]) -> Iterator[str]:
     """Yield a sentence if the genomes of competing species have no common layout."""
-    lengths = [member.genome_length for member in members]
+    lengths = {member.genome_length for member in members}
     modules = [member.modules for member in members]
     longest = max(modules, key=len)
     is_common = all(names == longest[: len(names)] for names in modules)
     gene_names = {member.gene_names for member in members}
-    if len({*lengths}) > 1 or len(gene_names) > 1 or not is_common:
+    if len(lengths) > 1 or len(gene_names) > 1 or not is_common:
         layouts = [
-            f"{', '.join(names)} with {length} genes"
-            for names, length in zip(modules, lengths, strict=True)
+            f"{', '.join([*names, *member.gene_names])} with {member.genome_length} genes"
+            for names, member in zip(modules, members, strict=True)
         ]
         yield (
             f"evolution.compete = 'across': the species have the genomes {format_value(layouts)}, "
-            "and must have the same number of genes and the same first modules"
+            "and must have the same number of genes, the same first modules and the same gene names"
         )
 
 

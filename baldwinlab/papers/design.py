@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, Final, Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from baldwinlab.core.names import GRID_NAME
 from baldwinlab.experiment import Experiment, assign
@@ -62,6 +62,18 @@ class Tuning(DeclaredTable):
     grids: tuple[TuningGrid, ...] = Field(min_length=1)
     # Settings of all tuning runs.
     settings: Mapping[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _require_one_grid_per_target(self) -> Tuning:
+        """Refuse two grids for one condition, because the confirmation uses one chosen value."""
+        targets = [grid.target or name for grid in self.grids for name in grid.conditions]
+        for target in targets:
+            if targets.count(target) > 1:
+                raise ValueError(
+                    f"grids: two grids or conditions choose the value of {target!r}, and a "
+                    "condition of the confirmation has one; leave one, or give another target"
+                )
+        return self
 
 
 class MatchedControls(DeclaredTable):

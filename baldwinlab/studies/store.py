@@ -48,8 +48,10 @@ from baldwinlab.core.files import (
 from baldwinlab.core.names import suggest
 from baldwinlab.core.records import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.conditions import CONDITIONS
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.papers.worlds import name_maps
 from baldwinlab.studies.progress import remove_ended_processes
 from baldwinlab.studies.record_files import (
     RecordFile,
@@ -125,6 +127,9 @@ class StudyStore:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         self.experiments = {name: self._read_experiment(name) for name in names}
+        # Points of a sweep have no factors, and the variants of a multiverse change the worlds.
+        if self.kind == CONDITIONS:
+            self.factors = name_maps(self.experiments, self.factors, self.paper)
 
     def _read_experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"

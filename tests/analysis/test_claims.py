@@ -22,10 +22,11 @@ from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_sta
 from baldwinlab.analysis.results.verdicts import Verdict, combine_verdicts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
+from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.paper import Paper, open_paper
 from baldwinlab.papers.presets import paper
 from baldwinlab.parts import Measure
-from tests.analysis.results.studies import AS_THE_PAPER, RUNS, study
+from tests.analysis.results.studies import AS_THE_PAPER, RUNS, Claims, study
 
 Eaten = Mapping[str, Sequence[float]]
 
@@ -464,3 +465,15 @@ def test_a_claim_counts_no_run_whose_measure_is_infinite(
     monkeypatch.setattr(type(source), "measures", lambda paper, name: {"take-off": infinite})
     (result,) = evaluate_claims(strings(guessing=[*SPREAD, 0.43, 0.45]), source=source)
     assert result.record()["note"] == "2 of 8 runs of guessing have no value"
+
+
+@pytest.mark.parametrize(
+    ("rule", "bound", "effect"), [("mean_at_most", 7.0, 4.0), ("every_at_most", 7.0, 9.0)]
+)
+def test_the_statistic_of_the_measure_most_is_that_of_the_rule(
+    rule: str, bound: float, effect: float
+) -> None:
+    comparison = ClaimComparison(a="evo/A", measure="most", rule=rule, bound=bound)
+    claim = load().claims[2].model_copy(update={"comparisons": (comparison,)})
+    (result,) = evaluate_claims(study({"evo/A": [0, 3, 9]}), 10, Claims((claim,)))
+    assert result.findings[0].numbers.effect == effect

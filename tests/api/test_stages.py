@@ -255,6 +255,11 @@ def test_an_invalid_design_or_option_is_refused(tmp_path: Path, command: Command
     result = command("reproduce", str(paper))
     assert result.code == 2
     assert "design.toml names a condition 'plane', which does not exist" in result.err
+    # Of two grids for one condition, only the last would have an effect.
+    repeated = DESIGN.replace('target = "noise"', 'target = "hebb"')
+    paper = write_staged_paper(tmp_path / "grids", repeated)
+    result = command("reproduce", str(paper))
+    assert result.code == 2 and "two grids or conditions choose the value of 'hebb'" in result.err
     assert not (tmp_path / "results").exists()
 
 

@@ -43,7 +43,7 @@ def test_factors_are_stored_and_opened_as_coordinates(tmp_path: Path) -> None:
 
 def test_a_factor_without_values_is_not_a_coordinate(tmp_path: Path) -> None:
     create_study(tmp_path, [load("evo/A").replace(name="mine")], 1)
-    assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner"}
+    assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner", "map"}
 
 
 def test_names_with_special_characters_are_stored(tmp_path: Path) -> None:
@@ -90,8 +90,8 @@ def test_the_report_of_a_study_has_maps_and_learners(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, experiments, runs=1)
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
-    # This condition is not a preset of the paper.
-    assert study.factors["mine/A"] == Factors("mine/A")
+    # This condition is not a preset of the paper, but has the settings of map A.
+    assert study.factors["mine/A"] == Factors("mine/A", "A")
     plan = plan_report(study, tmp_path / "report.html", 1)
     publish_study(plan)
     picture = (tmp_path / "figures/fitness.svg").read_text()
@@ -106,7 +106,7 @@ def test_custom_conditions_with_names_of_variants_are_not_a_multiverse(tmp_path:
         1,
     )
     assert study.kind == "conditions"
-    assert study.factors["rank/evo/A"] == Factors("rank/evo/A")
+    assert study.factors["rank/evo/A"] == Factors("rank/evo/A", "A")
 
 
 def by_name(*experiments: Experiment) -> dict[str, Experiment]:

@@ -100,3 +100,13 @@ def test_a_setting_for_the_whole_run_removes_its_scheduled_changes() -> None:
 def test_a_new_name_keeps_the_schedule() -> None:
     experiment = EXPERIMENT.replace(schedule=[{"generation": 5, "learning.rate": 0.5}])
     assert experiment.replace(name="other").schedule == experiment.schedule
+
+
+def test_a_text_that_chooses_no_part_keeps_the_scheduled_settings_of_parts() -> None:
+    experiment = bl.load("evo+imitation/A").replace(
+        schedule=[{"generation": 5, "learning.imitation.min_items": 3}]
+    )
+    changed = experiment.replace(learning={"teacher": "fresh"})
+    assert changed.schedule == experiment.schedule
+    # Another rule has no such setting.
+    assert not experiment.replace(learning={"rule": "hebb"}).schedule

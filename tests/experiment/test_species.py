@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.experiment import ExperimentError
+from baldwinlab.experiment.species import _find_layout_faults
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_unused_settings
 
@@ -155,6 +157,15 @@ def test_competing_species_share_selection_and_genome(
     with_species(changed, {"name": "b", "size": 10})
     with pytest.raises(ExperimentError, match=sentence):
         with_species(changed, {"name": "b", "size": 10}, evolution={"compete": "across"})
+
+
+def test_the_error_about_competing_genomes_names_their_genes() -> None:
+    first, second = (
+        SimpleNamespace(genome_length=9, modules=("action",), gene_names=(gene,))
+        for gene in ("step_size", "boldness")
+    )
+    (fault,) = _find_layout_faults([first, second])
+    assert "action, step_size with 9 genes" in fault and "action, boldness with 9 genes" in fault
 
 
 def test_a_species_has_its_settings_in_all_generations() -> None:

@@ -18,6 +18,7 @@ from baldwinlab.analysis.assays.panels import draw_medians, label_learners, styl
 from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
+from baldwinlab.experiment.conditions import title_map
 
 
 def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
@@ -48,7 +49,7 @@ def draw_descent(stored: Stored, names: Sequence[str], unit: str) -> Figure:
             for name in conditions_on_map:
                 learner = factors[name].learner
                 draw_medians(axes, stored[name][measure], styles[learner], learner)
-            axes.set_title(f"Map {map_name}" if map_name else "")
+            axes.set_title(title_map(map_name))
             axes.set_ylabel(label)
             start_at_zero(axes)
             label_generations(axes)

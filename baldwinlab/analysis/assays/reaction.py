@@ -19,6 +19,7 @@ from baldwinlab.analysis.assays.reaction_panels import UNCHANGED_SETTING, make_r
 from baldwinlab.analysis.assays.values import Stored, compute_share, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
+from baldwinlab.experiment.conditions import describe_map
 
 
 def compute_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
@@ -62,7 +63,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
     for row in grid:
         row[0].set_ylabel(unit)
     for axes, map_name in zip(grid[0], maps, strict=True):
-        title = f"Evolved on map {map_name}" if map_name else ""
+        title = f"Evolved on {describe_map(map_name)}" if map_name else ""
         axes.set_title(title)
     label_learners(figure, styles, stored)
     return figure

@@ -22,6 +22,7 @@ from baldwinlab.analysis.results.verdicts import (
     UNDECIDED,
     YES,
 )
+from baldwinlab.experiment.conditions import describe_map
 from baldwinlab.papers.paper import Inference
 
 # Words for the sign of a difference a - b.
@@ -266,7 +267,7 @@ def describe_condition(result: ConditionResult) -> str:
     """Return "map A (evo+self-taught)", or the name of a condition without a map."""
     learner = result.factors.learner
     map_name = result.factors.map
-    return f"map {map_name} ({learner})" if map_name else result.condition
+    return f"{describe_map(map_name)} ({learner})" if map_name else result.condition
 
 
 def _describe_phases(result: ConditionResult) -> str:

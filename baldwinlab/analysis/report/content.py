@@ -16,7 +16,7 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.conditions import Factors
+from baldwinlab.experiment.conditions import Factors, title_map
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.papers.claims import EXPLORATORY, KINDS
@@ -141,7 +141,7 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
         maps[world] = sorted({factors[name].map for name in shared} - {""})
     unique_maps = {world_maps[0] for world_maps in maps.values() if len(world_maps) == 1}
     if len(unique_maps) == len(names):
-        return {f"Map {world_maps[0]}": names[world][0] for world, world_maps in maps.items()}
+        return {title_map(world_maps[0]): names[world][0] for world, world_maps in maps.items()}
     titles = {}
     for shared in names.values():
         suffix = f" and {len(shared) - 1} more" if len(shared) > 1 else ""

@@ -64,6 +64,8 @@ def compose_headline(report: ReportData) -> Headline:
         answer.append(summarize_contrasts(report.contrasts)[0])
     elif not verdicts:
         answer += _describe_conditions(report)
+        # The reason why conditions in different worlds are not compared.
+        answer += [report.contrasts.pairing] if report.contrasts else []
     return Headline(
         question=_compose_question(report),
         answer=answer,

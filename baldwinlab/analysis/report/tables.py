@@ -202,7 +202,7 @@ def describe_comparison(finding: Finding) -> str:
     comparison = finding.comparison
     measure = name_measure(finding)
     if not comparison.b:
-        is_number = finding.rule.kind == "number" and comparison.measure != "most"
+        is_number = finding.rule.kind == "number" and comparison.rule != "zero"
         aggregate = f", {finding.rule.statistic} over runs" if is_number else ""
         return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
     median_a, median_b = format_medians(finding.numbers)
@@ -221,7 +221,7 @@ def describe_finding(finding: Finding) -> str:
     comparison = finding.comparison
     measure = name_measure(finding)
     effect = format_number(finding.numbers.effect)
-    if comparison.measure == "most":
+    if comparison.rule == "zero":
         return f"{comparison.a}: {measure}: {effect}"
     if not comparison.b and comparison.measure != "share":
         return f"{comparison.a}: {measure}, {finding.rule.statistic} over runs: {effect}"

@@ -13,7 +13,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.results.verdicts import FamilyTest, correct_family
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
-from baldwinlab.experiment.conditions import Factors
+from baldwinlab.experiment.conditions import Factors, describe_map
 
 COMPARED_MEASURES = ("mean", "best")
 COMPARISON_COLUMNS = (
@@ -126,7 +126,7 @@ def compare_final_values(
         {key: (PlannedTest(row.n_a, row.n_b), row.p) for key, row in numbers.items()}
     )
     return Contrasts(
-        pairing=describe_pairing(pairs, factors),
+        pairing=describe_pairing(pairs, factors_with_runs),
         last=last,
         rows=tuple(Contrast(*key, outcome, numbers[key], test) for key, test in family.items()),
         factors=factors,
@@ -137,37 +137,46 @@ def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[
     """Return the condition with which each condition is compared. A reference has no entry.
 
     If a baseline is given, it is the reference of all conditions. Otherwise a condition is compared
-    with the first condition on the same map, and in a multiverse under the same variant. A
-    condition that is alone on its map, or has no map, is compared with the first condition of the
-    study.
+    with the first condition in the same world: on the same map, and in a multiverse under the same
+    variant. A condition that is alone in its world is not compared.
     """
     if baseline:
         return {name: baseline for name in factors if name != baseline}
-    names_by_map: dict[Factors, list[str]] = {}
+    first: dict[tuple[str, str], str] = {}  # Name by map and variant.
+    pairs = {}
     for name, levels in factors.items():
-        # The key is equal for conditions that share all factors but the learner. Without a map, the
-        # name makes the key unique.
-        group = levels._replace(learner="" if levels.map else name)
-        names_by_map.setdefault(group, []).append(name)
-    groups = [names for names in names_by_map.values() if len(names) > 1]
-    first_on_map = {name: names[0] for names in groups for name in names}
-    pairs = {name: first_on_map.get(name, next(iter(factors))) for name in factors}
+        world = (levels.map, levels.variant if levels.map else "")
+        pairs[name] = first.setdefault(world, name)
     return {name: reference for name, reference in pairs.items() if reference != name}
 
 
 def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -> str:
-    """Describe which conditions are compared, or return "" without a comparison."""
-    baselines = set(pairs.values())
-    if len(baselines) < 2:
-        return "".join(f"Each condition is compared with {name}." for name in baselines)
-    across_maps = [
-        name for name, reference in pairs.items() if factors[name].map != factors[reference].map
-    ]
-    exceptions = ""
-    if across_maps:
-        rule = "A condition that is alone on its map, or has no map, is compared with"
-        exceptions = f" {rule} {pairs[across_maps[0]]}: {', '.join(across_maps)}."
-    return f"Each condition is compared with the first condition on its map.{exceptions}"
+    """Describe which conditions are compared, and which are not because of their maps."""
+    baselines = dict.fromkeys(pairs.values())
+    sentences = []
+    if len(baselines) == 1:
+        sentences = [f"Each condition is compared with {name}." for name in baselines]
+    elif baselines:
+        sentences = ["Each condition is compared with the first condition on its map."]
+    across = [name for name in pairs if factors[name].map != factors[pairs[name]].map]
+    if across:
+        reference = _locate(pairs[across[0]], factors)
+        conditions = ", ".join(_locate(name, factors) for name in across)
+        sentences.append(f"Conditions on another map than {reference}: {conditions}.")
+    alone = [name for name in factors if name not in (*pairs, *baselines)]
+    if alone and len(factors) > 1:
+        conditions = ", ".join(_locate(name, factors) for name in alone)
+        sentences.append(
+            f"Not compared, because no other condition is on the same map: {conditions}. The "
+            f"option --baseline {next(iter(factors))} compares conditions on different maps."
+        )
+    return " ".join(sentences)
+
+
+def _locate(name: str, factors: Mapping[str, Factors]) -> str:
+    """Return a condition with its map: "fading (map A)"."""
+    map_name = factors[name].map
+    return f"{name} ({describe_map(map_name)})" if map_name else name
 
 
 def planned_tests(

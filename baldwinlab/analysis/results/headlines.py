@@ -14,6 +14,7 @@ from typing import Final
 from baldwinlab.analysis.results.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.results.numbers import format_numbers, join_names
 from baldwinlab.analysis.results.verdicts import HIGHER, LOWER, TOO_FEW_RUNS, UNDECIDED
+from baldwinlab.experiment.conditions import describe_map
 from baldwinlab.experiment.outcome import ITEMS
 
 # Measure of the sentences: the average agent.
@@ -76,11 +77,20 @@ def _measure_decided(rows: Sequence[Contrast]) -> float:
 
 
 def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:
-    """Return the names of the compared agents, without the map if both conditions share it."""
+    """Return the names of the compared agents: without the map if both conditions share it."""
     condition, reference = contrasts.factors[row.condition], contrasts.factors[row.reference]
     if condition.learner and condition.map == reference.map != "":
         return condition.learner, reference.learner
-    return row.condition, row.reference
+    if condition.map == reference.map:
+        return row.condition, row.reference
+    return (
+        _name_with_map(row.condition, condition.map),
+        _name_with_map(row.reference, reference.map),
+    )
+
+
+def _name_with_map(condition: str, map_name: str) -> str:
+    return f"{condition} on {describe_map(map_name)}" if map_name else condition
 
 
 def _describe_pair(
@@ -93,9 +103,10 @@ def _describe_pair(
         subject, other = names[learner], names[reference].removesuffix(" learn")
 
     def locate(row: Contrast) -> str:
-        # Without a common map, `learner` is the name of the condition.
-        has_map = learner != row.condition
-        place = f" on map {contrasts.factors[row.condition].map}" if has_map else ""
+        levels = contrasts.factors[row.condition]
+        # Without a common map, `learner` is not the learner of the condition.
+        has_map = bool(levels.map) and learner == levels.learner
+        place = f" on {describe_map(levels.map)}" if has_map else ""
         return f"{place}{_format_interval(row)}"
 
     clauses = []

@@ -47,6 +47,7 @@ from baldwinlab.analysis.stages.analysis import (
 from baldwinlab.analysis.statistics.bootstrap import Sample
 from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.experiment.conditions import describe_map, title_map
 from baldwinlab.papers.claims import UNSEEN_MAPS_MEASURE
 
 RUNS_TITLE: Final = "All runs on unseen maps"
@@ -118,7 +119,7 @@ def _tabulate_learners(results: StagedResults, map_name: str) -> Table:
         *("Against the best noise control", "q, noise", "Verdict"),
         *(text for kind in kinds for text in (f"Against its {kind} control", f"q, {kind}")),
     ]
-    label = f"Learning rules, map {map_name}" if map_name else "Learning rules"
+    label = f"Learning rules, {describe_map(map_name)}" if map_name else "Learning rules"
     table = tabulate(label, ["Condition"], headings, rows)
     return table._replace(columns=dict.fromkeys(table.columns, "plain"), style="numbers claims")
 
@@ -291,7 +292,7 @@ def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) ->
     figure, grid = make_panels(len(maps), N_COLUMNS, panel_height, 0, sharey=True)  # No legend.
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
-        axes.set_title(f"Map {map_name}" if map_name else "")
+        axes.set_title(title_map(map_name))
         _scale_items(axes, np.concatenate([row.values for row in rows]))
     return figure
 

@@ -24,6 +24,7 @@ from baldwinlab.lab.sources.presets import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
 from baldwinlab.papers import presets
+from baldwinlab.papers.worlds import name_maps
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
@@ -56,10 +57,11 @@ class ComparisonPlan(NamedTuple):
 
     @property
     def factors(self) -> dict[str, Factors]:
-        """Return the learner and the map of each preset by name; {} for a sweep."""
-        factors = presets.factors()
-        names = [experiment.name for experiment in self.experiments]
-        return {name: factors[name] for name in names if name in factors}
+        """Return the learner and the map of each preset by name. Points of a sweep have none."""
+        by_name = {experiment.name: experiment for experiment in self.experiments}
+        if self.kind == SWEEP:
+            return dict.fromkeys(by_name, Factors())
+        return name_maps(by_name, presets.factors())
 
     @property
     def n_runs(self) -> int:
@@ -99,9 +101,7 @@ class ComparisonPlan(NamedTuple):
 
         if self.kind == SWEEP and len(self.experiments) > MAX_COMPARED_POINTS:
             return ""
-        by_name = {experiment.name: Factors(experiment.name) for experiment in self.experiments}
-        factors = by_name | self.factors
-        note = describe_planned(factors, self.runs, "Set the number of runs to {runs}.")
+        note = describe_planned(self.factors, self.runs, "Set the number of runs to {runs}.")
         return f"No verdict is possible. {note}" if note else ""
 
 

@@ -12,6 +12,7 @@ from baldwinlab.analysis.results.contrasts import (
     find_references,
     planned_tests,
 )
+from baldwinlab.analysis.results.headlines import summarize_contrasts
 from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.experiment.conditions import Factors
 from tests.analysis.results.studies import compare_conditions, study
@@ -40,19 +41,16 @@ def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
 @pytest.mark.parametrize(
     ("names", "pairs"),
     [
-        (["evo/B", "own"], {"own": "evo/B"}),  # an experiment file has no map
-        (["one", "two", "three"], {"two": "one", "three": "one"}),
-        (["evo/A", "evo/B"], {"evo/B": "evo/A"}),
-        (["evo/A", "own", "other"], {"own": "evo/A", "other": "evo/A"}),
+        (["evo/B", "own"], {}),
+        (["one", "two", "three"], {"two": "one", "three": "one"}),  # a model without maps
+        (["evo/A", "evo/B"], {}),
+        (["evo/A", "own", "other"], {"other": "own"}),
         (["evo/A", "evo/B", "drift/B"], {"drift/B": "evo/B"}),
-        (
-            ["evo/A", "drift/A", "own", "evo/C"],
-            {"drift/A": "evo/A", "own": "evo/A", "evo/C": "evo/A"},
-        ),
+        (["evo/A", "drift/A", "own", "evo/C"], {"drift/A": "evo/A"}),
         (["evo/A"], {}),
     ],
 )
-def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(
+def test_a_condition_that_is_alone_on_its_map_is_not_compared(
     names: list[str], pairs: dict[str, str]
 ) -> None:
     assert find_references(factors(*names)) == pairs
@@ -75,13 +73,29 @@ def test_all_conditions_are_compared_with_a_given_baseline() -> None:
         ("evo/A", "evo+drift/B"),
         ("evo/B", "evo+drift/B"),
     }
-    assert contrasts.pairing == "Each condition is compared with evo+drift/B."
-    # The description names conditions compared across maps.
-    contrasts = compare_conditions(
-        study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH})
+    assert contrasts.pairing == (
+        "Each condition is compared with evo+drift/B. Conditions on another map than evo+drift/B "
+        "(map B): evo/A (map A)."
     )
-    assert contrasts.pairing.endswith(
-        " A condition that is alone on its map, or has no map, is compared with evo/A: evo/C."
+
+
+def test_a_comparison_across_maps_is_made_only_on_request_and_names_both_maps() -> None:
+    eaten = {"evo/A": LOW, "evo+drift/A": LOW, "evo/B": HIGH}
+    contrasts = compare_conditions(study(eaten))
+    assert {row.condition for row in contrasts.rows} == {"evo+drift/A"}
+    assert contrasts.pairing == (
+        "Each condition is compared with evo/A. Not compared, because no other condition is on the "
+        "same map: evo/B (map B). The option --baseline evo/A compares conditions on different "
+        "maps."
+    )
+    contrasts = compare_conditions(study(eaten), baseline="evo/A")
+    assert contrasts.pairing == (
+        "Each condition is compared with evo/A. Conditions on another map than evo/A (map A): "
+        "evo/B (map B)."
+    )
+    assert summarize_contrasts(contrasts)[0] == (
+        "The fitness of agents of evo/B on map B is 90.0 higher than that of agents of evo/A on "
+        "map A [86.5, 93.5]."
     )
 
 
@@ -132,8 +146,10 @@ def test_the_verdict_is_too_few_runs_if_no_data_could_be_significant() -> None:
 
 def test_a_condition_without_runs_or_without_a_reference_is_not_compared() -> None:
     assert compare_conditions(study({"evo/A": LOW})).rows == ()
-    without = compare_conditions(study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "alone": LOW}))
-    assert {(row.condition, row.reference) for row in without.rows} == {("alone", "evo+drift/A")}
+    without = compare_conditions(
+        study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "drift/A": LOW})
+    )
+    assert {(row.condition, row.reference) for row in without.rows} == {("drift/A", "evo+drift/A")}
 
 
 def test_the_corrected_p_decides_if_the_interval_alone_excludes_0() -> None:

@@ -36,6 +36,7 @@ from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.headlines import name_learners
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.intervals import interval_of_median
+from baldwinlab.experiment.conditions import title_map
 from baldwinlab.experiment.outcome import describe_measures
 
 # Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
@@ -106,7 +107,11 @@ def make_panels(
         ]
         for axes, measure in zip(row, measures, strict=True):
             measure_title = MEASURE_TITLES.get(measure, texts[measure]["title"])
-            title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
+            title = (
+                f"{title_map(map_name)}, {measure_title}"
+                if map_name
+                else measure_title.capitalize()
+            )
             axes.set_title(title)
             axes.set_ylabel(wrap_label(texts[measure]["axis"]))
             yield Panel(axes, measure, conditions_on_map)

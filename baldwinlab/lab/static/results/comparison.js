@@ -30,7 +30,7 @@ export function formatAnswer(comparison) {
  * @param {boolean} isOpen at first
  */
 export function createComparisonTable(comparison, isOpen) {
-  if (!comparison?.rows.length) return "";
+  if (!comparison?.rows.length) return comparison?.pairing ? el("p", {}, comparison.pairing) : "";
   const { summary, statistic, pairing, method, too_few: tooFew, headings, rows } = comparison;
   return createFold(
     "comparison",

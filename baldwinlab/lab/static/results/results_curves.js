@@ -13,7 +13,7 @@ import {
   listCurveRows,
 } from "../core/downloads.js";
 import { Hint } from "../core/hints.js";
-import { combineCurves, groupConditions } from "./results_factors.js";
+import { combineCurves, describeMap, groupConditions } from "./results_factors.js";
 import { hasWorldView, listRuns } from "./results_runs.js";
 import { formatLifetimeAddress } from "../core/sources.js";
 
@@ -103,9 +103,10 @@ export class ResultsCurves {
   createChart(plot, { map }, series) {
     const { results, measure, hidden, panels } = this.view;
     const { title, axis } = results.measures[measure];
+    const place = describeMap(map);
     return new LineChart(plot, {
-      title: map ? `Map ${map}` : title,
-      label: map ? `${title}, map ${map}` : title,
+      title: map ? place[0].toUpperCase() + place.slice(1) : title,
+      label: map ? `${title}, ${place}` : title,
       note: explainBands(this.view),
       x: results.generation,
       xLabel: "generation",

@@ -83,6 +83,11 @@ export function createPanels(results, groups) {
   return [...panels].map(([map, members]) => ({ map, groups: members }));
 }
 
+/** Return a map in a sentence: "A" -> "map A", "your map" -> "your map". */
+export function describeMap(name) {
+  return name.startsWith("your map") ? name : `map ${name}`;
+}
+
 /** Combine the curves of several conditions: the mean of their medians, and the range. */
 export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
