@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
+from baldwinlab.core.file_writing import remove_file
 from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
 from baldwinlab.studies.records import write_in_study
 
@@ -120,7 +121,7 @@ class ProgressFile:
     def close(self) -> None:
         """Remove the file."""
         with suppress(OSError):
-            self._path.unlink(missing_ok=True)
+            remove_file(self._path)
 
 
 def read_progress(directory: Path) -> Iterator[tuple[Path, ProcessProgress]]:
@@ -135,4 +136,4 @@ def remove_ended_processes(directory: Path) -> None:
     """Remove the files of processes that were killed."""
     for path, progress in read_progress(directory):
         if not progress.is_running:
-            path.unlink(missing_ok=True)
+            remove_file(path)

@@ -28,6 +28,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import (
     append_line,
     remove_abandoned,
+    remove_file,
     require_writable_path,
     write_atomically,
 )
@@ -230,7 +231,7 @@ class StudyStore:
         else:
             # An object store cannot rename an object.
             write_atomically(damaged, path.read_bytes())
-            path.unlink()
+            remove_file(path)
         return damaged
 
     def sweep(self) -> None:
@@ -238,7 +239,7 @@ class StudyStore:
         for condition in self.experiments:
             for file, runs in assign_runs(self.files(condition)):
                 if not runs:
-                    file.path.unlink(missing_ok=True)
+                    remove_file(file.path)
         remove_ended_processes(self.directory)
         self.remove_abandoned_files()
 
