@@ -20,8 +20,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
@@ -40,6 +43,7 @@ from baldwinlab.core.files import (
     is_local,
     is_study,
     make_absolute,
+    parse_json,
     parse_toml,
     read_bytes,
     require_inside_study,
@@ -50,7 +54,7 @@ from baldwinlab.core.records import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.studies.progress import remove_ended_processes
+from baldwinlab.studies.progress import Amount, Count, remove_ended_processes
 from baldwinlab.studies.record_files import (
     RecordFile,
     StudyError,
@@ -86,7 +90,16 @@ from baldwinlab.studies.study_file import (
 SESSIONS_FILE_NAME = "sessions.jsonl"
 # Beginning of the hash of a data file in the text of an experiment.
 HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
-NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
+
+
+class _Session(BaseModel, extra="allow"):
+    """The fields of a session that are computed with."""
+
+    seconds: Amount
+    compile_seconds: Amount
+    workers: Count
+    agent_steps: Count
+    runs: Count = 0
 
 
 class StudyStore:
@@ -272,18 +285,8 @@ class StudyStore:
         except (OSError, ValueError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         for line in content.splitlines():
-            try:
-                session = json.loads(line)
-            except (ValueError, RecursionError):
-                continue
-            if _is_session(session):
-                yield session
-
-
-def _is_session(content: Any) -> bool:
-    return isinstance(content, dict) and all(
-        isinstance(content.get(name), int | float) for name in NUMERIC_SESSION_FIELDS
-    )
+            with suppress(ValueError):
+                yield _Session.model_validate(parse_json(line)).model_dump(exclude_unset=True)
 
 
 def read_experiment(path: Path) -> BaseExperiment:

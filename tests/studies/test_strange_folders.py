@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from pathlib import Path
@@ -20,6 +21,8 @@ from baldwinlab.lab import Lab
 from baldwinlab.lab.sources.freezer import list_files
 from baldwinlab.lab.sources.live import Live
 from baldwinlab.lab.sources.studies import UNKNOWN_FILE, _find_source
+from baldwinlab.studies.progress import FILE_PREFIX, ProcessProgress, read_progress
+from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import PartRecord, stored_source
 from tests.commands import Command
@@ -100,3 +103,26 @@ def test_the_lab_lists_a_folder_with_a_pipe(study: Path, tmp_path: Path) -> None
     stored_source(study, part.kind, part.name).parent.mkdir()
     os.mkfifo(stored_source(study, part.kind, part.name))
     assert _find_source(lab, StudyStore(study), part) == UNKNOWN_FILE
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *[("pid", "x"), ("pid", 10**30), ("pid", 0), ("updated", "noon"), ("updated", 1e400)],
+        *[("agent_steps", int("9" * 400)), ("runs", "abc"), ("workers", -1)],
+    ],
+)
+def test_a_file_of_a_process_or_a_session_with_a_wrong_value_is_skipped(
+    study: Path, key: str, value: object
+) -> None:
+    host = "another machine"
+    progress = ProcessProgress(host, 7, 1.0, 2.0, 1, "threads", "cpu", runs=1, agent_steps=5)
+    (study / f"{FILE_PREFIX}a-7.json").write_text(json.dumps(progress._asdict() | {key: value}))
+    (study / f"{FILE_PREFIX}b-7.json").write_text(json.dumps(progress._asdict()))
+    assert [process for _, process in read_progress(study)] == [progress]
+    session = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3, "runs": 1}
+    lines = [session, *([session | {key: value}] if key in session else []), [[]] * 3]
+    text = "".join(f"{json.dumps(line)}\n" for line in lines) + "[" * 100_000
+    (study / "sessions.jsonl").write_text(text)
+    assert list(StudyStore(study).sessions()) == [session]
+    read_status(StudyStore(study))
