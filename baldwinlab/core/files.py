@@ -7,7 +7,7 @@ import json
 import os
 import shlex
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path, PosixPath, WindowsPath
@@ -238,13 +238,19 @@ def _find_studies_above(path: Path) -> Iterator[Path]:
             yield folder
 
 
-def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
+def require_writable(
+    option: str, path: Path, mark: bytes, *, force: bool, suffixes: Sequence[str] = ()
+) -> None:
     """Raise RefusedError if a command must not write a file.
 
     - `path`: path in an existing folder, but not inside a study.
     - `mark`: bytes that all files of this command contain. A file without `mark` is refused.
     - `force`: accept an existing file without `mark`.
+    - `suffixes`: allowed ends of the name, by default all.
     """
+    if suffixes and path.suffix not in suffixes:
+        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
+        raise RefusedError(f"{option} {path} must end in {endings}")
     if not path.parent.is_dir():
         raise RefusedError(
             f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
