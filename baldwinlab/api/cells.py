@@ -18,7 +18,7 @@ from baldwinlab.api.run_study import report_progress_on_error
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import ASSAY_FILE, read_bytes
+from baldwinlab.core.files import ASSAY_FILE, read_bytes, read_json
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.design import FROZEN_FILE
@@ -101,5 +101,5 @@ def freeze_design(directory: Path, digests: Mapping[str, str]) -> None:
 
 def read_digests(directory: Path) -> dict[str, str]:
     """Return the SHA-256 by file of the design at the first start."""
-    digests: dict[str, str] = json.loads((directory / FROZEN_FILE).read_text("utf-8"))
+    digests: dict[str, str] = read_json(directory / FROZEN_FILE)
     return digests

@@ -125,9 +125,7 @@ def freeze(
     ('population.nc', 1, 20)
     """
     path = Path(out)
-    if path.suffix != ".nc":
-        raise RefusedError(f"--out {out} must end in .nc")
-    require_writable("--out", path, FREEZE_MARK.encode(), force=force)
+    require_writable("--out", path, FREEZE_MARK.encode(), force=force, suffixes=[".nc"])
     load_installed_parts()
     content = encode_population(parse_population(reference), agent)
     write_atomically(path, content)

@@ -54,7 +54,7 @@ def report(
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):
-        require_writable("--out", out, REPORT_MARK.encode(), force=force)
+        require_writable("--out", out, REPORT_MARK.encode(), force=force, suffixes=[".html"])
     # The other files of the report are in the folders of these two files.
     for path in (study.directory / CLAIMS_FILE, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)

@@ -241,9 +241,10 @@ def count_missing_runs(request: StudyRequest, experiment: Experiment) -> int:
     if stored_generations != experiment.evolution.generations:
         # An extension writes all records again.
         return request.runs
-    runs = set(range(request.first_run, request.first_run + request.runs))
-    folder = condition_folder(request.directory, experiment.name)
-    return len(runs.difference(list_stored_runs(folder)))
+    # The name of a file can have any number, so a set of the requested runs can fill the memory.
+    runs = range(request.first_run, request.first_run + request.runs)
+    stored_runs = list_stored_runs(condition_folder(request.directory, experiment.name))
+    return len(runs) - sum(run in runs for run in stored_runs)
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:
@@ -289,9 +290,9 @@ def _announce_runs(
 
 def _describe_stored_runs(study: StudyStore, runs: int) -> str:
     """Return the number of stored runs as text."""
-    requested_runs = set(range(study.first_run, study.first_run + runs))
+    requested_runs = range(study.first_run, study.first_run + runs)
     n_stored = sum(
-        len(requested_runs.intersection(study.runs(condition))) for condition in study.experiments
+        run in requested_runs for condition in study.experiments for run in study.runs(condition)
     )
     return f"{n_stored} of {runs * len(study.experiments)} runs are stored in {study.location}"
 

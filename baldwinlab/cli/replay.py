@@ -103,9 +103,7 @@ def replay(
         baldwinlab replay results/evo-A --run 0 --generation 99 --out life.gif
         baldwinlab replay --genome agent.nc --map B --out life.gif
     """
-    if out.suffix not in ENDINGS:
-        raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
-    require_writable("--out", out, REPLAY_MARK.encode(), force=force)
+    require_writable("--out", out, REPLAY_MARK.encode(), force=force, suffixes=ENDINGS)
     load_parts(part)
     if genome is None:
         _require_study_options(directory, run, generation, (seed, map, assignments))

@@ -122,7 +122,7 @@ def _report_claims(
     """Evaluate claims and print the verdicts. `source`: a file, a paper, or "" for the study's."""
     if out:
         # The command may overwrite a file with this key, because every file of verdicts has it.
-        require_writable("--out", out, b'"p_holm"', force=force)
+        require_writable("--out", out, b'"p_holm"', force=force, suffixes=[".json"])
     records = [result.record() for result in evaluate_claims(study, source, last=last)]
     if json:
         console.print_json(records)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.core import console
+from baldwinlab.core.files import read_json
 from baldwinlab.experiment.conditions import MULTIVERSE
 from baldwinlab.studies.status import read_claims
 from baldwinlab.studies.store import StudyStore
@@ -50,6 +50,4 @@ def print_claims(folder: Path) -> None:
 def _read_files(folder: Path, files: dict[str, str]) -> dict[str, Any]:
     """Return the content of the JSON files that exist, by key."""
     paths = {key: folder / name for key, name in files.items()}
-    return {
-        key: json.loads(path.read_text("utf-8")) for key, path in paths.items() if path.exists()
-    }
+    return {key: read_json(path) for key, path in paths.items() if path.exists()}

@@ -38,6 +38,7 @@ from baldwinlab.core.files import (
     name_file_in_errors,
     read_bytes,
     require_inside_study,
+    require_no_device,
 )
 
 try:
@@ -76,9 +77,7 @@ def atomic_path(path: Path, *, exclusive: bool = False, is_folder: bool = False)
     - `is_folder`: create a folder instead of a file.
     """
     require_inside_study(path)
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        # The renamed file would replace the device for all programs.
-        raise RefusedError(f"{path} is a device or a pipe. Give the path of a file.")
+    require_no_device(path)
     with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with hold_partial(path, is_folder=is_folder) as partial_path:
@@ -236,6 +235,12 @@ def _is_at(path: Path, handle: int) -> bool:
         return os.path.samestat(path.lstat(), os.fstat(handle))
     except FileNotFoundError:
         return False
+
+
+def remove_file(path: Path) -> None:
+    """Remove a file of a study, if it exists. Raise RefusedError if it is outside of the study."""
+    require_inside_study(path)
+    path.unlink(missing_ok=True)
 
 
 def remove_tree(path: Path) -> None:

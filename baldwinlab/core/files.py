@@ -7,11 +7,11 @@ import json
 import os
 import shlex
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path, PosixPath, WindowsPath
-from typing import Any, Final, NamedTuple, cast
+from typing import IO, Any, Final, NamedTuple, cast
 from urllib.parse import urlsplit
 
 from baldwinlab.core.errors import RefusedError
@@ -61,6 +61,7 @@ PART_FILE: Final = FileKind("a Python file with parts", 4 * 2**20)
 DATA_FILE: Final = FileKind("a data file of a part", 2**30)
 SESSIONS_FILE: Final = FileKind("sessions.jsonl", 64 * 2**20)
 RESULTS_FILE: Final = FileKind("a JSON file of results", 256 * 2**20)
+REPORT_FILE: Final = FileKind("a report", 256 * 2**20)
 # A variable of netCDF has at most 2 GiB.
 ASSAY_FILE: Final = FileKind("an assay", 4 * 2**30)
 
@@ -93,6 +94,14 @@ def _list_children(value: Any) -> Iterable[Any]:
     if isinstance(value, dict):
         return value.values()
     return value if isinstance(value, list) else ()
+
+
+def read_json(path: Path, remedy: str = "Remove the file.") -> Any:
+    """Return the value of a JSON file of results. Raise RefusedError if it cannot be read."""
+    try:
+        return parse_json(read_text(path, RESULTS_FILE))
+    except (OSError, ValueError) as error:
+        raise RefusedError(f"{path} cannot be read: {error}. {remedy}") from None
 
 
 def parse_location(text: str | Path) -> Path:
@@ -139,11 +148,20 @@ def require_cluster_extra(feature: str) -> None:
         raise missing_extra_error("cluster", feature)
 
 
+def open_file(path: Path) -> IO[bytes]:
+    """Open a regular file for reading. Raise ValueError for a folder, a device or a pipe."""
+    if not is_local(path):
+        return path.open("rb")
+    if path.exists() and not path.is_file():
+        raise ValueError("it is not a regular file")
+    # With O_NONBLOCK, a pipe that has replaced the file since the check does not block.
+    flags = getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)
+    return os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
+
+
 def read_bytes(path: Path, kind: FileKind) -> bytes:
     """Return the content of a file. Raise ValueError if the file is too large or not regular."""
-    if is_local(path) and path.exists() and not path.is_file():
-        raise ValueError("it is not a regular file")
-    with path.open("rb") as file:
+    with open_file(path) as file:
         # `seek` returns the size. In remote storage, this saves the request for the properties.
         size = file.seek(0, os.SEEK_END)
         if size <= kind.max_bytes:
@@ -220,13 +238,19 @@ def _find_studies_above(path: Path) -> Iterator[Path]:
             yield folder
 
 
-def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
+def require_writable(
+    option: str, path: Path, mark: bytes, *, force: bool, suffixes: Sequence[str] = ()
+) -> None:
     """Raise RefusedError if a command must not write a file.
 
     - `path`: path in an existing folder, but not inside a study.
     - `mark`: bytes that all files of this command contain. A file without `mark` is refused.
     - `force`: accept an existing file without `mark`.
+    - `suffixes`: allowed ends of the name, by default all.
     """
+    if suffixes and path.suffix not in suffixes:
+        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
+        raise RefusedError(f"{option} {path} must end in {endings}")
     if not path.parent.is_dir():
         raise RefusedError(
             f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
@@ -236,11 +260,18 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
         raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
     if path.is_dir():
         raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
+    require_no_device(path)
     if path.exists() and not force and not has_mark(path, mark):
         raise RefusedError(
             f"{option} {path} exists and was not written by this command. Choose another path or "
             "add --force."
         )
+
+
+def require_no_device(path: Path) -> None:
+    """Raise RefusedError for a device or a pipe, which a write would replace for all programs."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise RefusedError(f"{path} is a device or a pipe. Give the path of a file.")
 
 
 def is_study(folder: Path) -> bool:
@@ -260,8 +291,9 @@ def enclosing_study(path: Path) -> Path | None:
 
 def has_mark(path: Path, mark: bytes) -> bool:
     """Return whether a file is empty or has a mark near one of its ends."""
-    size = path.stat().st_size
-    with path.open("rb") as file:
+    with open_file(path) as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(0)
         start = file.read(_MARK_RANGE)
         file.seek(max(0, size - _MARK_RANGE))
         return size == 0 or mark in start or mark in file.read()

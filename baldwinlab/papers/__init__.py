@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import PAPER_FILE, read_bytes, require_inside_study
+from baldwinlab.core.file_writing import remove_file, write_atomically
+from baldwinlab.core.files import PAPER_FILE, read_bytes
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.paths import look_up
@@ -83,9 +83,8 @@ def save_copy(paper: Paper, directory: Path) -> None:
         for path in paper.folder.glob(pattern)
     }
     copy_folder = directory / COPY_FOLDER
-    require_inside_study(copy_folder / "paper.toml")
     for path in copy_folder.rglob("*.toml"):
-        path.unlink()
+        remove_file(path)
     for name, content in files.items():
         write_atomically(copy_folder / name, content)
 

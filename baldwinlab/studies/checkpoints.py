@@ -16,6 +16,7 @@ from typing import Final, NamedTuple, Self
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError
+from baldwinlab.core.file_writing import remove_file
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.records import encode_history
@@ -99,7 +100,7 @@ def checkpoint_path(directory: Path, condition: str, run: int) -> Path:
 
 def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
     """Remove the checkpoint of a run, if there is one."""
-    checkpoint_path(directory, condition, run).unlink(missing_ok=True)
+    remove_file(checkpoint_path(directory, condition, run))
 
 
 class StoredLength(NamedTuple):

@@ -15,8 +15,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self
+from typing import Annotated, Final, NamedTuple, Self
 
+from pydantic import Field, TypeAdapter
+
+from baldwinlab.core.file_writing import remove_file
 from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
 from baldwinlab.studies.records import write_in_study
 
@@ -27,23 +30,27 @@ WRITE_INTERVAL: Final = 5.0
 # is long, because one generation of a large run can take minutes.
 MAX_SILENCE_IN_SECONDS: Final = 600.0
 
+# Numbers in a JSON file of a study, which another program can have changed.
+Count = Annotated[int, Field(ge=0, lt=2**63, strict=True)]
+Amount = Annotated[float, Field(ge=0, lt=2**63, strict=True)]
+
 
 class ProcessProgress(NamedTuple):
     """Progress of one process."""
 
     host: str
-    pid: int
-    began: float  # Time of the start of the simulation, in seconds since 1970.
-    updated: float  # Time of the last write, in seconds since 1970.
-    workers: int  # Number of tasks that are executed in parallel.
+    pid: Annotated[int, Field(gt=0, lt=2**31)]
+    began: Amount  # Time of the start of the simulation, in seconds since 1970.
+    updated: Amount  # Time of the last write, in seconds since 1970.
+    workers: Count  # Number of tasks that are executed in parallel.
     executor: str
     backend: str
-    runs: int  # Number of runs of all conditions together, when the process ends.
-    agent_steps: int  # Number of agent-steps that the process must simulate.
-    agent_steps_done: int = 0  # Number of these agent-steps that are finished.
+    runs: Count  # Number of runs of all conditions together, when the process ends.
+    agent_steps: Count  # Number of agent-steps that the process must simulate.
+    agent_steps_done: Count = 0  # Number of these agent-steps that are finished.
     # Duration from the start to the last write, in seconds. The clock of `began` and `updated` can
     # be set during a simulation.
-    seconds: float = 0.0
+    seconds: Amount = 0.0
 
     @classmethod
     def begin(
@@ -130,19 +137,19 @@ class ProgressFile:
     def close(self) -> None:
         """Remove the file."""
         with suppress(OSError):
-            self._path.unlink(missing_ok=True)
+            remove_file(self._path)
 
 
 def read_progress(directory: Path) -> Iterator[tuple[Path, ProcessProgress]]:
     """Yield the path and the content of the file of each process. Invalid files are skipped."""
     for path in directory.glob(f"{FILE_PREFIX}*.json"):
-        with suppress(OSError, ValueError, TypeError):
-            content: dict[str, Any] = parse_json(read_text(path, RESULTS_FILE))
-            yield path, ProcessProgress(**content)
+        with suppress(OSError, ValueError):
+            content = parse_json(read_text(path, RESULTS_FILE))
+            yield path, TypeAdapter(ProcessProgress).validate_python(content)
 
 
 def remove_ended_processes(directory: Path) -> None:
     """Remove the files of processes that were killed."""
     for path, progress in read_progress(directory):
         if not progress.is_running:
-            path.unlink(missing_ok=True)
+            remove_file(path)

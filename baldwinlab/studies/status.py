@@ -18,7 +18,14 @@ from scipy.io import netcdf_file
 
 from baldwinlab._version import __version__
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, is_local, parse_json, quote_path, read_text
+from baldwinlab.core.files import (
+    RESULTS_FILE,
+    is_local,
+    open_file,
+    parse_json,
+    quote_path,
+    read_text,
+)
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, stored_checksum
 from baldwinlab.core.numbers import format_count
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
@@ -259,7 +266,7 @@ def digest_records(study: StudyStore) -> str:
     digest = hashlib.sha256(f"{study.seed}\n".encode())
     for condition in study.experiments:
         for file in study.files(condition):
-            with file.path.open("rb") as stream:
+            with open_file(file.path) as stream:
                 checksum = stored_checksum(stream.read(CHECKSUM_BYTES))
             runs = f"{file.first}-{file.last}" if file.is_batch else str(file.first)
             size = file.path.stat().st_size

@@ -20,14 +20,18 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import (
     append_line,
     remove_abandoned,
+    remove_file,
     require_writable_path,
     write_atomically,
 )
@@ -39,6 +43,7 @@ from baldwinlab.core.files import (
     is_local,
     is_study,
     make_absolute,
+    parse_json,
     parse_toml,
     quote_path,
     read_bytes,
@@ -52,7 +57,7 @@ from baldwinlab.experiment.conditions import CONDITIONS
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.worlds import name_maps
-from baldwinlab.studies.progress import remove_ended_processes
+from baldwinlab.studies.progress import Amount, Count, remove_ended_processes
 from baldwinlab.studies.record_files import (
     RecordFile,
     StudyError,
@@ -90,7 +95,16 @@ SESSIONS_FILE_NAME = "sessions.jsonl"
 HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
 # Error of a session that the user ended.
 INTERRUPTED = "interrupted"
-NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
+
+
+class _Session(BaseModel, extra="allow"):
+    """The fields of a session that are computed with."""
+
+    seconds: Amount
+    compile_seconds: Amount
+    workers: Count
+    agent_steps: Count
+    runs: Count = 0
 
 
 class StudyStore:
@@ -238,7 +252,7 @@ class StudyStore:
         else:
             # An object store cannot rename an object.
             write_atomically(damaged, path.read_bytes())
-            path.unlink()
+            remove_file(path)
         return damaged
 
     def sweep(self) -> None:
@@ -246,7 +260,7 @@ class StudyStore:
         for condition in self.experiments:
             for file, runs in assign_runs(self.files(condition)):
                 if not runs:
-                    file.path.unlink(missing_ok=True)
+                    remove_file(file.path)
         remove_ended_processes(self.directory)
         self.remove_abandoned_files()
 
@@ -279,18 +293,8 @@ class StudyStore:
         except (OSError, ValueError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         for line in content.splitlines():
-            try:
-                session = json.loads(line)
-            except (ValueError, RecursionError):
-                continue
-            if _is_session(session):
-                yield session
-
-
-def _is_session(content: Any) -> bool:
-    return isinstance(content, dict) and all(
-        isinstance(content.get(name), int | float) for name in NUMERIC_SESSION_FIELDS
-    )
+            with suppress(ValueError):
+                yield _Session.model_validate(parse_json(line)).model_dump(exclude_unset=True)
 
 
 def read_experiment(path: Path) -> BaseExperiment:

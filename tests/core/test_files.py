@@ -9,6 +9,7 @@ import pytest
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location, require_writable
+from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
 
@@ -74,3 +75,18 @@ def test_a_folder_and_a_file_in_a_missing_folder_are_refused(tmp_path: Path) -> 
         require_output(tmp_path)
     with pytest.raises(RefusedError, match="does not exist"):
         require_output(tmp_path / "nowhere" / "page.html")
+
+
+@pytest.mark.parametrize("name", ["r.pdf", "r.html.gz", "r"])
+def test_an_output_with_a_wrong_suffix_is_refused(
+    tmp_path: Path, command: Command, name: str
+) -> None:
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
+    outcome = command("report", "study", "--out", name)
+    assert outcome.code == 2
+    assert f"--out {name} must end in .html" in outcome.err.replace("\n", " ")
+    outcome = command("report", "study", "--claims", "--out", name)
+    assert f"--out {name} must end in .json" in outcome.err.replace("\n", " ")
+    with pytest.raises(RefusedError, match=r"must end in \.nc, \.gif or \.png"):
+        require_writable("--out", Path(name), b"", force=True, suffixes=[".nc", ".gif", ".png"])
+    assert not (tmp_path / name).exists()

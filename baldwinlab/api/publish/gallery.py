@@ -62,7 +62,7 @@ def compare_papers(
     """
     page = out or folder / GALLERY_FILE
     if out is not None:
-        require_writable("--out", page, REPORT_MARK.encode(), force=force)
+        require_writable("--out", page, REPORT_MARK.encode(), force=force, suffixes=[".html"])
     entries, decisions = publish_gallery(folder, page, last)
     for sentence in (*describe_table(entries, decisions), *explain_omissions(entries)):
         console.info(sentence)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -18,7 +17,7 @@ from baldwinlab.analysis.stages.analysis import (
 from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.files import is_study
+from baldwinlab.core.files import is_study, read_json
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers import Paper
@@ -89,7 +88,7 @@ def describe_size(study: StudyStore, paper: Paper, data: xr.Dataset) -> list[str
 def _read_digests(study: StudyStore) -> dict[str, str]:
     """Return the SHA-256 of the claims and of the tuned values at the start of the study."""
     path = study.directory / FROZEN_FILE
-    return dict(json.loads(path.read_text())) if path.exists() else {}
+    return dict(read_json(path)) if path.exists() else {}
 
 
 def _describe_changed_files(paper: Paper, digests: Mapping[str, str]) -> list[str]:

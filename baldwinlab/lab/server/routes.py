@@ -21,7 +21,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from baldwinlab.core.files import parse_json
+from baldwinlab.core.files import REPORT_FILE, parse_json, read_text
 from baldwinlab.lab import Lab
 from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.pages.downloads import Download
@@ -212,7 +212,9 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
     path = downloads.find_report(lab, name)
     headers = {"Content-Security-Policy": REPORT_POLICY}
     if path.suffix == ".html":
-        page = downloads.link_lifetimes(path.read_text("utf-8"), name.rpartition("/")[0] or ".")
+        page = downloads.link_lifetimes(
+            read_text(path, REPORT_FILE), name.rpartition("/")[0] or "."
+        )
         return Response(page, headers=headers, media_type="text/html")
     if path.suffix in (".pdf", ".csv"):
         # A browser shows no PDF file in a sandbox, and a table is for other programs.

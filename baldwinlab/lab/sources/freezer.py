@@ -11,6 +11,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -117,10 +118,12 @@ def _find_files(root: Path) -> Iterator[Path]:
         subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
         for name in names:
             path = Path(folder, name)
-            if path.suffix != SUFFIX or path.is_symlink() or path.stat().st_size > MAX_FILE_BYTES:
+            if path.suffix != SUFFIX or path.is_symlink() or not path.is_file():
                 continue
-            if has_mark(path, FREEZE_MARK.encode()):
-                yield path
+            # Another program can remove the file, and a file of another user can be unreadable.
+            with suppress(OSError):
+                if path.stat().st_size <= MAX_FILE_BYTES and has_mark(path, FREEZE_MARK.encode()):
+                    yield path
 
 
 def describe_file(lab: Lab, path: Path) -> dict[str, Any]:

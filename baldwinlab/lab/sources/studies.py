@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.core.errors import BaldwinLabError, PartError
-from baldwinlab.core.files import quote_path
+from baldwinlab.core.files import PART_FILE, quote_path, read_bytes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.sources.model_displays import read_alleles, read_views
@@ -249,7 +249,7 @@ def _find_source(lab: Lab, study: StudyStore, part: PartRecord) -> str:
     path = stored_source(study.directory, part.kind, part.name)
     try:
         require_inside(lab.root, path)
-        is_copy = sha256(path.read_bytes()).hexdigest() == part.sha256
-    except (BaldwinLabError, OSError):
+        is_copy = sha256(read_bytes(path, PART_FILE)).hexdigest() == part.sha256
+    except (BaldwinLabError, OSError, ValueError):
         is_copy = False
     return str(path) if is_copy else UNKNOWN_FILE
