@@ -102,7 +102,7 @@ def _reach_value(value: Any, visited: set[int]) -> Iterator[Any]:
             if not _is_of_package(value.__module__):
                 defaults = (value.__defaults__, value.__kwdefaults__)
                 used_values += [*_module_members(value.__code__, value.__globals__), *defaults]
-                used_values += map(_describe_arrays, used_values)
+                used_values += [*map(_describe_arrays, used_values)]
             for used in used_values:
                 yield from _reach_value(used, visited)
     elif isinstance(value, type | int | float | str | bytes | tuple | np.generic):
@@ -115,13 +115,18 @@ def _is_of_package(module: str) -> bool:
 
 def _module_members(code: CodeType, namespace: Mapping[str, Any]) -> Iterator[Any]:
     """Yield the values that third-party code reads from modules, such as `settings.SPEED`."""
-    modules = [namespace[name] for name in code.co_names if name in namespace]
+    spaces = [namespace]
     # A module within a package is appended to the list: `package.settings.SPEED`.
-    for module in modules:
-        if isinstance(module, ModuleType) and not _is_of_package(module.__name__):
-            members = [vars(module).get(name) for name in code.co_names]
-            modules += [value for value in members if isinstance(value, ModuleType)]
-            yield from members
+    for space in spaces:
+        members = [space[name] for name in code.co_names if name in space]
+        yield from members
+        spaces += [
+            vars(module)
+            for module in members
+            if isinstance(module, ModuleType)
+            and not _is_of_package(module.__name__)
+            and not any(vars(module) is known for known in spaces)
+        ]
 
 
 def _describe_arrays(value: Any) -> str:
