@@ -61,7 +61,7 @@ def _describe_error(error: BaseException, frames: Sequence[traceback.FrameSummar
     # The message of a SyntaxError has a line.
     if not frames or isinstance(error, SyntaxError):
         return words
-    return f"{words} ({frames[-1].filename}:{frames[-1].lineno})"
+    return f"{words} ({Path(frames[-1].filename).name}:{frames[-1].lineno})"
 
 
 def _is_sent_by_user(error: BaseException) -> bool:
