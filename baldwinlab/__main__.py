@@ -8,13 +8,20 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
+import threading
 from types import FrameType
+from typing import NoReturn
 
 INTERRUPTED_STATUS = 130
 """The exit status of a process that SIGINT ended."""
 RETRY_SECONDS = 0.02
 """Seconds until an interruption is raised again, because an import or a destructor swallows it."""
+SECONDS_UNTIL_BLOCKED = 2.0
+"""Seconds until an interruption that the main thread has not handled counts as ignored."""
+_handled = threading.Event()
+"""Set when the main thread handles an interruption."""
 _is_waiting = False
 """Whether an interruption has arrived that the next alarm raises."""
 
@@ -23,6 +30,7 @@ def main() -> None:
     """Run the command line. An interruption prints one line instead of a traceback."""
     _open_missing_streams()
     _ignore_unusable_variables()
+    _watch_interruptions()
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
@@ -37,12 +45,52 @@ def main() -> None:
         run_command()
     except KeyboardInterrupt:
         sys.stderr.write("baldwinlab: Interrupted.\n")
-        sys.exit(INTERRUPTED_STATUS)
+        _exit_interrupted()
+    except SystemExit as ending:
+        if ending.code == INTERRUPTED_STATUS:
+            _exit_interrupted()
+        raise
     finally:
         # An alarm during the end of the interpreter would change the exit status.
         sys.unraisablehook = sys.__unraisablehook__
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def _exit_interrupted() -> NoReturn:
+    """End the process even if compiled code of a part still runs, which may be endless."""
+    other_threads = set(threading.enumerate()) - {threading.main_thread()}
+    if not all(thread.daemon for thread in other_threads):
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(INTERRUPTED_STATUS)
+    sys.exit(INTERRUPTED_STATUS)
+
+
+def _watch_interruptions() -> None:
+    """End the process at a second interruption that the main thread does not handle.
+
+    Python calls `_interrupt` only between two instructions of Python, but a hook of a part in
+    compiled code can be endless. Compiled code lets other threads run.
+    """
+    receiver, sender = socket.socketpair()
+    sender.setblocking(False)
+    signal.set_wakeup_fd(sender.detach(), warn_on_full_buffer=False)
+    threading.Thread(target=_end_if_blocked, args=(receiver,), daemon=True).start()
+
+
+def _end_if_blocked(receiver: socket.socket) -> None:
+    n_ignored = 0
+    while number := receiver.recv(1):
+        if number[0] not in (signal.SIGINT, signal.SIGTERM):
+            continue
+        if _handled.wait(SECONDS_UNTIL_BLOCKED):
+            _handled.clear()
+            continue
+        n_ignored += 1
+        if n_ignored > 1:
+            os._exit(INTERRUPTED_STATUS)
+        os.write(2, b"baldwinlab: waiting for compiled code; press Ctrl-C again to end at once\n")
 
 
 def _ignore_unusable_variables() -> None:
@@ -74,6 +122,8 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
     at once. This function handles SIGINT, SIGTERM and the alarm.
     """
     global _is_waiting
+    if signal_number in (signal.SIGINT, signal.SIGTERM):
+        _handled.set()
     # Windows has no timers.
     if hasattr(signal, "setitimer"):
         is_alarm = signal_number == signal.SIGALRM

@@ -87,7 +87,8 @@ def main() -> None:
         if len(sys.argv) == 1:
             console.info(OVERVIEW)
             return
-        app(sys.argv[1:])
+        with console.own_stdout():
+            app(sys.argv[1:])
     except ArgumentError as error:
         # `error.option` names the option of the command, and `str(error)` the argument in Python.
         _fail(error.option, USAGE_ERROR_STATUS)

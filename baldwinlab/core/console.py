@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import IO, Any, Final, NoReturn
+from typing import IO, Any, ClassVar, Final, NoReturn
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
@@ -59,7 +59,7 @@ MAX_SILENCE: Final = 2.0
 def _end_at_closed_pipe() -> NoReturn:
     """End the process without a message, because no process reads the output."""
     # At its end, the interpreter writes the rest of the buffer. The null device accepts it.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), console.file.fileno())
     raise SystemExit(CLOSED_PIPE_STATUS)
 
 
@@ -72,10 +72,19 @@ class _Console(Console):
     """A console that prints any text as it is: without markup, and with visible controls.
 
     It ends the process with the usual exit status if the pipe is closed.
+
+    `own_stdout`: the stream to stdout within `own_stdout`, else None.
     """
+
+    own_stdout: ClassVar[IO[str] | None] = None
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, **options)
+
+    @property
+    def file(self) -> IO[str]:  # type: ignore[override]
+        """The stream to which the console writes."""
+        return super().file if self.stderr or self.own_stdout is None else self.own_stdout
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return the text of a message or a cell."""
@@ -208,6 +217,33 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
     )
 
 
+@contextmanager
+def own_stdout() -> Iterator[None]:
+    """Let only this module write to stdout. The output of parts, also of C code, goes to stderr."""
+    previous = sys.stdout
+    if previous is None or sys.stderr is None:
+        yield
+        return
+    has_descriptor = previous is sys.__stdout__
+    _Console.own_stdout = previous
+    if has_descriptor:
+        previous.flush()
+        _Console.own_stdout = os.fdopen(
+            os.dup(1), "w", encoding=previous.encoding, errors=previous.errors
+        )
+        os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    try:
+        yield
+    finally:
+        sys.stdout = previous
+        if has_descriptor:
+            _Console.own_stdout.flush()
+            os.dup2(_Console.own_stdout.fileno(), 1)
+            _Console.own_stdout.close()
+        _Console.own_stdout = None
+
+
 def reserve_stdout(is_reserved: bool) -> None:
     """Print messages, progress and tables on stderr if stdout is reserved for data."""
     console.stderr = is_reserved
@@ -221,11 +257,12 @@ def print_json(value: Any) -> None:
 
 def write_output(text: str) -> None:
     """Write JSON or TOML on stdout, if there is one."""
-    if sys.stdout is None:
+    stdout = console.own_stdout or sys.stdout
+    if stdout is None:
         return
     try:
-        sys.stdout.write(escape_controls(text))
-        sys.stdout.flush()
+        stdout.write(escape_controls(text))
+        stdout.flush()
     except BrokenPipeError:
         _end_at_closed_pipe()
 

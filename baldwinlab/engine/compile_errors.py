@@ -109,7 +109,8 @@ def _explain_call(name: str, engine_types: set[str], types: str) -> str:
     if NUMBER_TYPE_PATTERN.search(types):
         return (
             "a SIMD block holds float32; write np.float32(0.5) for 0.5, "
-            "and np.float32(n) for an integer n"
+            "and np.float32(n) for an integer n; if a hook compares step with a setting, "
+            "declare the setting as int: youth: int = Field(100, ...)"
         )
     return (
         f"a SIMD block is no argument of {name}; "

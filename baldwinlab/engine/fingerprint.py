@@ -97,10 +97,45 @@ def _reach_value(value: Any, visited: set[int]) -> Iterator[Any]:
             visited.add(id(value))
             yield value
             closure_values = [cell.cell_contents for cell in value.__closure__ or ()]
-            for used in (*_used_globals(value.__code__, value.__globals__), *closure_values):
+            used_values = [*_used_globals(value.__code__, value.__globals__), *closure_values]
+            # The hash of the sources contains the constants of functions of the package.
+            if not _is_of_package(value.__module__):
+                defaults = (value.__defaults__, value.__kwdefaults__)
+                used_values += [*_module_members(value.__code__, value.__globals__), *defaults]
+                used_values += [*map(_describe_arrays, used_values)]
+            for used in used_values:
                 yield from _reach_value(used, visited)
     elif isinstance(value, type | int | float | str | bytes | tuple | np.generic):
         yield value
+
+
+def _is_of_package(module: str) -> bool:
+    return module.partition(".")[0] == PACKAGE.name
+
+
+def _module_members(code: CodeType, namespace: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield the values that third-party code reads from modules, such as `settings.SPEED`."""
+    spaces = [namespace]
+    # A module within a package is appended to the list: `package.settings.SPEED`.
+    for space in spaces:
+        members = [space[name] for name in code.co_names if name in space]
+        yield from members
+        spaces += [
+            vars(module)
+            for module in members
+            if isinstance(module, ModuleType)
+            and not _is_of_package(module.__name__)
+            and not any(vars(module) is known for known in spaces)
+        ]
+
+
+def _describe_arrays(value: Any) -> str:
+    """Return the types, shapes and values of an array, or of the arrays in a tuple; else ""."""
+    if isinstance(value, np.ndarray):
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return f"{value.dtype.str} {value.shape} {digest}"
+    entries = value.values() if isinstance(value, dict) else value
+    return "".join(map(_describe_arrays, entries)) if isinstance(value, tuple | dict) else ""
 
 
 def _describe(value: Any, describe_code: Callable[[CodeType], Iterator[str]]) -> Iterator[str]:

@@ -158,7 +158,7 @@ def compute_learning_cost(
     if experiment.learns:
         steps = experiment.learning_steps if steps_learned is None else steps_learned
         cost += experiment.learning.cost_per_step * steps
-        if learned is not None:
+        if learned is not None and experiment.learning.cost_per_change:
             cost_per_change = float(experiment.learning.cost_per_change)
             genomes = np.ascontiguousarray(genome).reshape(-1, *genome.shape[-2:])
             weights = np.ascontiguousarray(learned).reshape(-1, learned.shape[-1])

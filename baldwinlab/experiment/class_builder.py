@@ -122,7 +122,7 @@ def make_part(section: BaseModel, field: str, name: str, path: str) -> Any:
         return table
     if table is not None or not registry.is_available(kind, name):
         raise ExperimentError(
-            f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
+            f"{path} = {name!r} is a {kind} that is not loaded: {registry.PART_HINT}"
         )
     return _make_plain_part(registry.find_class(kind, name))
 

@@ -161,6 +161,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
 }
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+PART_HINT: Final = "load it with --part FILE, which executes the code in the file"
 # Kind and name of each custom part that was added or removed, in order.
 _CHANGES: list[tuple[str, str]] = []
 # Returns the origin of a custom part, an object with a method `load` that loads the part again. The

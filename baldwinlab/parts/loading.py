@@ -2,7 +2,7 @@
 
 A file is executed only if the user passes it with `--part`, imports it, or installs its package.
 The source that a study stores is never executed. The name of the loaded module contains the hash of
-the source, so different versions of a part never share compiled code.
+the code, so versions of a part share compiled code only if they differ in comments and docstrings.
 
 A pickle of an experiment, or of a part that was loaded from a file, contains the text of the file,
 because another process may not have loaded the file. The process that reads the pickle executes the
@@ -13,18 +13,23 @@ from __future__ import annotations
 
 import copyreg
 import hashlib
+import re
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from importlib import import_module
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from tokenize import TokenError
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import PART_FILE, read_text
+from baldwinlab.core.third_party_code import run_third_party_code
+from baldwinlab.engine.fingerprint import remove_comments
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.parts.part import Part, PartMeta
@@ -94,10 +99,11 @@ def load_text(text: str, file: Path) -> ModuleType:
 
     `file`: name of the file, for error messages. It need not exist.
     """
-    name = f"{MODULE_PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    if name in sys.modules:
-        _register_parts(sys.modules[name])
-        return sys.modules[name]
+    name = _name_module(text)
+    previous_module = sys.modules.get(name)
+    if previous_module is not None and previous_module.__dict__["__source__"] == text:
+        _register_parts(previous_module)
+        return previous_module
     previous_parts = registry.custom_parts()
     # The loader accepts a file with any suffix.
     loader = SourceFileLoader(name, str(file))
@@ -107,21 +113,36 @@ def load_text(text: str, file: Path) -> ModuleType:
     module.__dict__["__source__"] = text
     sys.modules[name] = module
     try:
-        exec(compile(text, str(file), "exec"), module.__dict__)
+        label = f"{file} cannot be loaded"
+        with run_third_party_code({file.name: label}, label):
+            exec(compile(text, str(file), "exec"), module.__dict__)
         if not _register_parts(module):
             raise PartError(
                 f"{file} has no part: it must define a class that derives from a kind of part and "
                 "has a name"
             )
     # An interruption must not leave a part of the file registered, either.
-    except BaseException as error:
+    except BaseException:
         del sys.modules[name]
+        if previous_module is not None:
+            sys.modules[name] = previous_module
         _restore_registry(previous_parts)
-        if isinstance(error, PartError) or not isinstance(error, Exception):
-            raise
-        message = " ".join(str(error).split())
-        raise PartError(f"{file} cannot be loaded: {type(error).__name__}: {message}") from None
+        raise
     return module
+
+
+def _name_module(text: str) -> str:
+    """Return the name of the module of a part. Compiled code contains it.
+
+    A change of comments, docstrings or blank lines changes the name only if it moves an error.
+    """
+    code = text
+    # The compiler reports invalid code.
+    with suppress(SyntaxError, TokenError):
+        code = remove_comments(text)
+        lines = enumerate(text.split("\n"))
+        code += str([number for number, line in lines if re.search(r"\b(raise|assert)\b", line)])
+    return f"{MODULE_PREFIX}{hashlib.sha256(code.encode()).hexdigest()[:16]}"
 
 
 def parts_in(module: ModuleType) -> list[Any]:
@@ -163,14 +184,8 @@ def load_entry_points() -> None:
     """
     loaded_parts = registry.custom_parts()
     for entry in entry_points(group=ENTRY_POINT_GROUP):
-        try:
+        with run_third_party_code({}, f"the part {entry.name!r} ({entry.value}) cannot be loaded"):
             entry.load()
-        # A third-party module can raise any exception.
-        except Exception as error:
-            raise PartError(
-                f"the part {entry.name!r} ({entry.value}) cannot be loaded: "
-                f"{type(error).__name__}: {error}"
-            ) from None
     # Entry points may have replaced parts that were loaded from files.
     for (kind, name), part in loaded_parts.items():
         registry.add(kind, name, part)
@@ -202,7 +217,7 @@ def source_of(kind: str, name: str) -> Source:
     """Return the source of a custom part."""
     part = registry.custom_parts().get((kind, name))
     if part is None:
-        raise PartError(f"the {kind} {name!r} is not loaded: load it with --part FILE")
+        raise PartError(f"the {kind} {name!r} is not loaded: {registry.PART_HINT}")
     module = sys.modules[part.__module__]
     text = getattr(module, "__source__", None)
     if text is None:
@@ -214,6 +229,12 @@ def source_of(kind: str, name: str) -> Source:
                 "its source"
             ) from None
     return Source(kind, name, text, Path(str(module.__file__)).name)
+
+
+def label_files(experiment: Any) -> dict[str, str]:
+    """Return the start of an error message by name of the file of each custom part."""
+    origins = registry.find_origins(custom_choices(experiment))
+    return {Path(origin.file).name: f"{origin.describe()} fails" for origin in origins}
 
 
 class PartOrigin(NamedTuple):
@@ -260,10 +281,8 @@ def _load_module(origin: PartOrigin) -> None:
         assert origin.text is not None
         load_text(origin.text, Path(origin.file))
     elif origin.module not in MAIN_MODULES:
-        try:
+        with run_third_party_code({}, f"{origin.describe()} cannot be imported"):
             import_module(origin.module)
-        except ImportError as error:
-            raise PartError(f"{origin.describe()} cannot be imported: {error}") from None
     if (origin.kind, origin.name) not in registry.custom_parts():
         raise PartError(
             f"{origin.describe()} is not loaded in this process: define it in a file of its own, "

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.core.resources import require_resources
+from baldwinlab.core.third_party_code import run_third_party_code
 from baldwinlab.engine.threads import available_cores, use_threads
 from baldwinlab.evolution import Fitness, Genome
 from baldwinlab.evolution.species import count_agents
@@ -18,6 +19,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_backend
+from baldwinlab.parts.loading import label_files
 from baldwinlab.simulation.history import BranchStart, Histories, History
 from baldwinlab.simulation.memory import estimate_simulation
 
@@ -124,17 +126,19 @@ def continue_histories(
     """
     experiment = batch.experiment
     histories = batch.histories
+    labels = label_files(experiment)
     n_active = 0
     for generation in range(batch.n_generations, experiment.evolution.generations):
         if len(batch.active) == 0:
             break
-        # The simulator has a world for each run that continues.
-        if len(batch.active) != n_active:
-            n_active = len(batch.active)
-            runs = batch.runs[batch.active].tolist()
-            simulator = make_simulator(experiment, batch.seed, runs, backend)
-        sizes = _count_species(batch)
-        batch.add(generation, simulator.simulate(generation, batch.genomes, *sizes))
+        with run_third_party_code(labels):
+            # The simulator has a world for each run that continues.
+            if len(batch.active) != n_active:
+                n_active = len(batch.active)
+                runs = batch.runs[batch.active].tolist()
+                simulator = make_simulator(experiment, batch.seed, runs, backend)
+            sizes = _count_species(batch)
+            batch.add(generation, simulator.simulate(generation, batch.genomes, *sizes))
         after_generation(histories)
 
 

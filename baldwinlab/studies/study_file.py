@@ -304,11 +304,12 @@ def _require_parts(
             source = source_of(kind, name)
         except PartError:
             raise PartError(
-                f"{part} is not loaded; load its file, for example the copy in the study: "
-                f"--part {copy}"
+                f"{part} is not loaded; load its file, which executes the code in it, for example "
+                f"the copy in the study: --part {copy}"
             ) from None
         if stored_hash and source.sha256 != stored_hash:
             raise PartError(
                 f"{part} differs from the loaded one; choose another --out, or load the original "
-                f"file, for example the copy in the study: --part {copy}"
+                "file, which executes the code in it, for example the copy in the study: "
+                f"--part {copy}"
             )

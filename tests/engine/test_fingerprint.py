@@ -150,3 +150,45 @@ def test_stored_sources_are_those_of_the_bytes_of_a_file(tmp_path: Path) -> None
     stored.write_text("no JSON")
     fingerprint._read_known.cache_clear()
     assert fingerprint.read_sources(names, stored) == computed
+
+
+PLUG_IN = """
+import numpy as np
+import plug_in_settings
+
+TABLE = np.zeros(3)
+
+
+def hook(value, factor={default}, *, offset=0):
+    return value * factor + plug_in_settings.SPEED + TABLE[1] + offset
+"""
+
+
+def hash_plug_in(
+    folder: Path, *, speed: float = 1.0, entry: float = 0.0, default: int = 1
+) -> tuple[str, str]:
+    """Return both fingerprints of a hook of a plug-in that reads a setting of another module."""
+    (folder / "plug_in_settings.py").write_text(f"SPEED = {speed}\n")
+    (folder / "plug_in.py").write_text(PLUG_IN.format(default=default))
+    script = (
+        f"import sys; sys.path.insert(0, {str(folder)!r}); sys.dont_write_bytecode = True\n"
+        "import plug_in\n"
+        "from baldwinlab.engine import fingerprint\n"
+        f"plug_in.TABLE[1] = {entry}\n"
+        "print(fingerprint.fingerprint([plug_in.hook]))\n"
+        "print(fingerprint.name_fingerprint([plug_in.hook]))\n"
+    )
+    first, second = run_python(script).stdout.split()
+    return first, second
+
+
+def test_constants_arrays_and_defaults_of_a_plug_in_change_the_fingerprint(tmp_path: Path) -> None:
+    hashes = [
+        hash_plug_in(tmp_path),
+        hash_plug_in(tmp_path, speed=2.0),
+        hash_plug_in(tmp_path, entry=5.0),
+        hash_plug_in(tmp_path, default=3),
+    ]
+    assert hashes[0] == hash_plug_in(tmp_path)
+    for fingerprints in zip(*hashes, strict=True):
+        assert len(set(fingerprints)) == len(hashes)

@@ -258,7 +258,7 @@ def test_a_rule_in_one_expression_changes_every_weight(biases: bool) -> None:
         "evo", learning={"rule": "test-oja", "rate": 0.1}, network={"biases": biases}
     )
     batch = simulate_steps(experiment, draw_founders(experiment), 3)
-    naive = make_naive(experiment)
+    naive = make_naive(experiment, 0)
     weights = batch.weights()[0]
     batch.simulate(3, 4)
     for number in range(6):

@@ -45,5 +45,5 @@ def test_a_part_that_differs_or_has_no_module_is_refused_with_one_sentence(
     monkeypatch.delitem(sys.modules, "my_rules")
     registry.remove("learning rule", "lazy-rule")
     (tmp_path / "my_rules.py").unlink()
-    with pytest.raises(PartError, match=r"my_rules.py cannot be imported: No module named"):
+    with pytest.raises(PartError, match=r"my_rules.py cannot be imported: ModuleNotFound"):
         pickle.loads(content)

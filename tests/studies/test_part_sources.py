@@ -74,7 +74,7 @@ def test_a_study_can_be_read_without_its_part(study: Path) -> None:
     assert "Fitness of the best agent and the average agent" in opened.report().read_text()
     with pytest.raises(
         bl.ExperimentError,
-        match="model = 'bit-strings' is a model that is not here: give it by --part FILE",
+        match="model = 'bit-strings' is a model that is not loaded: load it with --part FILE",
     ):
         _ = opened.experiment("bit-strings").learns
 

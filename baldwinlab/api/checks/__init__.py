@@ -20,7 +20,7 @@ from baldwinlab.api.checks.declarations import (
     require_oracle_signature,
     unverified_hooks,
 )
-from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError, locate_error
+from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError
 from baldwinlab.api.checks.fixture import SEED, PartGroup, group_parts, part_label
 from baldwinlab.api.checks.hooks import check_arithmetic, check_lane_isolation, measure_speed
 from baldwinlab.api.checks.oracles import check_oracle
@@ -38,6 +38,7 @@ from baldwinlab.api.checks.reproducibility import (
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 from baldwinlab.core.files import quote_path
 from baldwinlab.core.numbers import check_numbers, require_whole_number
+from baldwinlab.core.third_party_code import locate_error
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.parts.part import Part, overridden_hooks
 
@@ -90,7 +91,7 @@ def _check_groups(
         except NotCheckedError as error:
             skipped.append(str(error))
         # A part or its oracle can raise any exception.
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             message = _add_part(check, group, _format_error(error))
             return CheckFinding(description, False, message, command)
     if skipped and not remarks:
@@ -99,7 +100,7 @@ def _check_groups(
     return CheckFinding(description, True, "; ".join(dict.fromkeys(pieces)), command)
 
 
-def _format_error(error: Exception) -> str:
+def _format_error(error: BaseException) -> str:
     if isinstance(error, BaldwinLabError | ValueError):
         return " ".join(str(error).split())
     return locate_error(error)
@@ -126,7 +127,7 @@ def _fails_alone(check: Check, part: type[Part], seed: int) -> bool:
             check(group)
     except NotCheckedError:
         return False
-    except Exception:
+    except (Exception, SystemExit):
         return True
     return False
 

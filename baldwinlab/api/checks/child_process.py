@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from itertools import chain
+from threading import Thread
 from typing import Any, Final
 
 
@@ -55,6 +56,12 @@ TASKS: Final[dict[str, Callable[[dict[str, Any], list[Any]], Iterator[Any]]]] = 
 }
 
 
+def _end_with_parent() -> None:
+    """End this process at the end of its parent, because a hook can be endless."""
+    os.read(0, 1)
+    os._exit(1)
+
+
 def main() -> None:
     """Answer the request. The printed output of parts goes to standard error."""
     # Descriptor 1 then means standard error (2). Only `channel` still writes standard output.
@@ -62,7 +69,8 @@ def main() -> None:
     os.dup2(2, 1)
     from baldwinlab.api.checks.processes import END_LINE, load_parts
 
-    request = json.load(sys.stdin)
+    request = json.loads(sys.stdin.readline())
+    Thread(target=_end_with_parent, daemon=True).start()
     answers = TASKS[request["task"]](request, load_parts(request["parts"]))
     for answer in chain(answers, [END_LINE]):
         print(json.dumps(answer), file=channel, flush=True)

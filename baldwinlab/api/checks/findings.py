@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from typing import NamedTuple
 
 from baldwinlab.core.errors import BaldwinLabError
@@ -47,10 +46,3 @@ class CheckFinding(NamedTuple):
             remark = f" ({self.message})" if self.message else ""
             return f"ok: {self.requirement}{remark}"
         return f"does not hold: {self.requirement}: {self.message}; to repeat: {self.command}"
-
-
-def locate_error(error: Exception) -> str:
-    """Return the type, the message and the line of an error of a part."""
-    message = " ".join(str(error).split())
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {message} ({frame.filename}:{frame.lineno})"

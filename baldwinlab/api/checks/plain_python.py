@@ -19,11 +19,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.api.checks.findings import CheckFinding, locate_error
+from baldwinlab.api.checks.findings import CheckFinding
 from baldwinlab.api.checks.fixture import Case, PartGroup, make_cases, part_label
 from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, Process, ProcessEndError
 from baldwinlab.api.checks.reproducibility import hash_runs
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.third_party_code import locate_error
 from baldwinlab.engine import poison
 from baldwinlab.parts.part import Part, overridden_hooks
 from baldwinlab.parts.senses import count_inputs
@@ -103,7 +104,7 @@ class Watch:
             except HookError:
                 raise
             # A hook can raise any exception.
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 location = call.describe(_find_line(error, call.file))
                 raise HookError(f"{location}: {_format_error(error)}") from None
             finally:
@@ -248,13 +249,13 @@ def _find_first_unwritten(array: npt.NDArray[Any]) -> tuple[int, ...] | None:
     return tuple(map(int, np.argwhere(is_unwritten)[0])) if is_unwritten.any() else None
 
 
-def _find_line(error: Exception, file: str) -> int | None:
+def _find_line(error: BaseException, file: str) -> int | None:
     """Return the line of the file in which the error was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((frame.lineno for frame in reversed(frames) if frame.filename == file), None)
 
 
-def _format_error(error: Exception) -> str:
+def _format_error(error: BaseException) -> str:
     text = " ".join(str(error).split())
     return text if isinstance(error, IndexError) else f"{type(error).__name__}: {text}"
 
@@ -277,7 +278,7 @@ def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
             message = f"{group.label}: {error}"
             return {"bounds": _add_case(message, case), "read": watch.unwritten_read}
         # The code of a part outside its hooks can raise any exception.
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             return {"bounds": _add_case(f"{group.label}: {locate_error(error)}", case)}
     return {"bits": bits, "read": watch.unwritten_read}
 

@@ -41,7 +41,8 @@ class ProcessEndError(FailsError):
 class Process:
     """A child process that answers a request.
 
-    The process starts immediately, so several processes can run at the same time.
+    The process starts immediately, so several processes can run at the same time. It ends when this
+    process closes the standard input of the process or ends, for example at Ctrl-C.
     """
 
     def __init__(
@@ -66,8 +67,10 @@ class Process:
         )
         assert self._process.stdin is not None
         # If the process has already ended, `answers` reports its end.
-        with suppress(BrokenPipeError), self._process.stdin as channel:
-            json.dump({"task": task, "parts": _describe_sources(parts), **request}, channel)
+        with suppress(BrokenPipeError):
+            content = {"task": task, "parts": _describe_sources(parts), **request}
+            self._process.stdin.write(f"{json.dumps(content)}\n")
+            self._process.stdin.flush()
 
     def answers(self) -> Iterator[Any]:
         """Yield each answer as soon as it is available."""
@@ -80,8 +83,7 @@ class Process:
             raise ProcessEndError(_describe_end(self._process.wait(), self._last_line()))
         finally:
             self._process.kill()
-            self._process.wait()
-            self._process.stdout.close()
+            self._process.communicate()
             self._log.close()
 
     def _last_line(self) -> str:

@@ -94,6 +94,13 @@ class Agent:
     step: int = 0
     arrays: dict[str, Any] = field(default_factory=dict)
 
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError with the names of the attributes, because `name` is none."""
+        attributes = ", ".join(sorted(self.__dataclass_fields__))
+        raise AttributeError(
+            f"an agent of an oracle has no attribute {name!r}; it has {attributes}"
+        )
+
 
 @dataclass(frozen=True)
 class Naive:

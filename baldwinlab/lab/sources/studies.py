@@ -228,7 +228,7 @@ def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> st
     hint = f" ({UNKNOWN_FILE} is the file with {names})" if UNKNOWN_FILE in options else ""
     return (
         f"{names[0].upper()}{names[1:]} of this study {verb} not loaded. To watch its lifetimes,"
-        f" close the lab and start it with this command{hint}:"
+        f" close the lab and start it with this command{hint}, which executes their code:"
         f" {shlex.join([*lab.command, *options])}"
     )
 

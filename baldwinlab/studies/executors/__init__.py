@@ -8,10 +8,11 @@ import re
 import shutil
 import threading
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
+from baldwinlab.core.console import warn
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
 from baldwinlab.engine.threads import (
@@ -27,6 +28,8 @@ from baldwinlab.studies.store import StudyStore
 
 Done = Callable[[Any, Any], None]
 """Callback that receives a finished task and its result."""
+# Seconds until a message explains why a stopped command has not ended.
+WAIT_SECONDS: Final = 2.0
 # Address of a Dask scheduler.
 ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 
@@ -129,9 +132,10 @@ def run_on_threads(
             return task.run(study.seed, study.directory, backend, report_progress)
 
     pool = ThreadPoolExecutor(workers)
+    unfinished: dict[Future[Any], Task] = {}
     try:
         with defer_interruptions():
-            unfinished = {pool.submit(run_task, task): task for task in tasks}
+            unfinished |= {pool.submit(run_task, task): task for task in tasks}
             for future in unfinished:
                 future.add_done_callback(events.put)
         while unfinished:
@@ -145,7 +149,12 @@ def run_on_threads(
         with defer_interruptions():
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
-        # A user can interrupt only this wait. All tasks end soon, because `stop` is set.
+        # A user can interrupt only this wait. Tasks end after a lifetime, because `stop` is set.
+        running = [future for future in unfinished if not future.cancelled()]
+        if wait(running, WAIT_SECONDS).not_done:
+            warn(
+                "waiting for the end of the present lifetimes; press Ctrl-C again to end without it"
+            )
         pool.shutdown()
         pool_of_ranges.shutdown()
 

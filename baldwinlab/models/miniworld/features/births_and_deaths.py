@@ -185,11 +185,8 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        # The wheel is filled at the first death of a step, because most steps have no death.
-        has_wheel = False
         for agent in range(model.agents):
             if _is_dying(part, model, state, world, agent, step):
-                if not has_wheel:
-                    _fill_wheel(part, model, state, world, step)
-                    has_wheel = True
+                # The previous death of the step has changed the energy of the replaced agent.
+                _fill_wheel(part, model, state, world, step)
                 _replace_dying_agent(part, model, state, world, agent, step)

@@ -193,7 +193,7 @@ def test_agents_see_drifting_items_at_their_current_positions() -> None:
     )
     assert make_model(experiment, 1).grid.prod(axis=1).max() > 10
     trace = replay_in_python(experiment)
-    naive = make_naive(experiment)
+    naive = make_naive(experiment, 0)
     for step in range(12):
         state = trace.isel(step=step)
         items = [

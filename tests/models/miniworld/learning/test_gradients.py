@@ -38,7 +38,7 @@ def make_experiment(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
 
 def make_agent(experiment: Experiment, seed: int, **fields: Any) -> Agent:
     """Return an agent with random weights after three steps. `fields` replaces other fields."""
-    naive = make_naive(experiment)
+    naive = make_naive(experiment, 0)
     random = np.random.default_rng(seed)
     action_module, reinforcement_module = (
         naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2)
@@ -73,7 +73,7 @@ def learn(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None
     """Change the weights of an agent by the oracle of the learning rule."""
     part = experiment.part("learning.rule")
     compiled = compiled_values(part, experiment, lambda array: None)
-    find_oracle(part)(compiled, agents, agent, make_naive(experiment))
+    find_oracle(part)(compiled, agents, agent, make_naive(experiment, 0))
 
 
 # The inputs and the targets of each rule. The targets depend on the agent and its neighbor.
@@ -128,7 +128,7 @@ def test_a_learning_step_follows_the_gradient(rule: str, hidden: Sequence[int]) 
     has_decreased = rule not in TARGETS
     rule = rule.partition(" ")[0]
     experiment = make_experiment(rule, hidden)
-    naive = make_naive(experiment)
+    naive = make_naive(experiment, 0)
     agent = make_agent(experiment, 1)
     neighbor = make_agent(experiment, 2, eaten_in_life=5)
     inputs, find_targets = TARGETS[rule]
@@ -149,7 +149,7 @@ def test_a_learning_step_follows_the_gradient(rule: str, hidden: Sequence[int]) 
 
 def test_prediction_follows_the_gradient_of_its_error_and_preserves_weights_to_actions() -> None:
     experiment = make_experiment("prediction")
-    naive = make_naive(experiment)
+    naive = make_naive(experiment, 0)
     agent = make_agent(experiment, 1)
     weights_to_actions = 4 * 3
     weights_of_silent_input = 4
