@@ -115,8 +115,13 @@ def test_an_invalid_live_run_is_rejected_with_a_message(
 def test_an_unknown_command_for_a_live_run_returns_a_message(
     server: LabServer,
 ) -> None:
+    command = json.dumps({"command": "explode"})
     with connect_page(server, start_live_run(server)) as session:
         receive_until(session, "done")
-        session.send(json.dumps({"command": "explode"}))
+        session.send(b"\xff\x00")
+        assert receive(session)["type"] == "problem"
+        session.send(command.encode())
+        assert "not 'explode'" in receive(session)["message"]
+        session.send(command)
         message = receive(session)["message"]
     assert message == "the command of a live run must be pause, resume, stop or pace, not 'explode'"

@@ -28,6 +28,7 @@ from baldwinlab.core.console import clip_for_terminal
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.pages.single_page import STATIC_FOLDER
 from baldwinlab.lab.server.access import Access
+from baldwinlab.lab.server.connections import LimitedProtocol
 from baldwinlab.lab.server.origin_check import OriginCheck
 from baldwinlab.lab.server.responses import ChunkedResponses
 from baldwinlab.lab.server.routes import make_routes
@@ -100,7 +101,7 @@ def make_server(app: ASGIApp) -> Server:
     return QuietServer(
         Config(
             app,
-            http="h11",
+            http=LimitedProtocol,
             lifespan="on",
             limit_concurrency=MAX_CONNECTIONS,
             log_level="warning",

@@ -136,10 +136,10 @@ async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
 
 
 async def _receive_commands(websocket: WebSocket, run: LiveRun) -> None:
-    """Handle the commands of a page."""
-    async for text in websocket.iter_text():
+    """Handle the commands of a page, as text or as bytes."""
+    while (message := await websocket.receive())["type"] == "websocket.receive":
         try:
-            run.handle_command(parse_json(text))
+            run.handle_command(parse_json(message.get("text") or message.get("bytes") or ""))
         except ValueError as error:
             await _send(websocket, {"type": "problem", "message": str(error)})
 
@@ -167,5 +167,7 @@ async def follow_live_run(websocket: WebSocket, live: Live) -> None:
         with live.watch(websocket.path_params["id"]) as run:
             await _serve_page(websocket, run)
     except MissingError as error:
-        await websocket.send_json({"type": "state", "state": "removed", "message": str(error)})
-        await websocket.close()
+        # The page may have left during the handshake.
+        with suppress(WebSocketDisconnect):
+            await websocket.send_json({"type": "state", "state": "removed", "message": str(error)})
+            await websocket.close()

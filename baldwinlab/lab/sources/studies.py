@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterable, Iterator
-from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
@@ -25,17 +24,22 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import PartRecord, stored_source
 from baldwinlab.studies.sweeps import design as sweeps
 
-MAX_CACHED_STUDIES: Final = 16
+# One study per folder, with the identity of the `study.toml` that it was read from.
+_cache: Final = dict[Path, tuple[tuple[int, ...], StudyStore]]()
 
 
 def list_study_names(root: Path) -> Iterator[str]:
     """Yield the path of each study in a folder, relative to the folder. "." is the folder itself.
 
-    Links to folders are not followed.
+    A link to a study is listed. Links to other folders are not followed.
     """
     for folder, subfolders, files in os.walk(root):
         if "study.toml" in files:
             yield Path(folder).relative_to(root).as_posix()
+        links = [path for path in map(Path(folder).joinpath, subfolders) if path.is_symlink()]
+        for link in sorted(links):
+            if (link / "study.toml").is_file():
+                yield link.relative_to(root).as_posix()
         # `os.walk` then visits exactly the folders in this list, in the order of the list.
         subfolders[:] = sorted(
             name for name in subfolders if name != "runs" and not name.startswith(".")
@@ -46,21 +50,21 @@ def find_study(lab: Lab, name: str) -> StudyStore:
     """Return the study of this name. Raise MissingError if it does not exist."""
     path = lab.root / name / "study.toml"
     try:
-        modification_time = path.stat().st_mtime_ns
+        status = path.stat()
     except (OSError, ValueError):
         # `stat` raises ValueError for a name that no file can have.
         raise MissingError(f"there is no study {name!r} in {lab.root}") from None
     for read_path in (path.parent, path, path.parent / "runs"):
         require_inside(lab.root, read_path)
-    return _open_study(lab.root, path.parent.resolve(), modification_time)
+    directory = path.parent.resolve()
+    identity = (status.st_ino, status.st_size, status.st_mtime_ns)
+    # For a study of thousands of conditions, or for hundreds of studies, the cache saves seconds.
+    if directory not in _cache or _cache[directory][0] != identity:
+        _cache[directory] = identity, _open_study(lab.root, directory)
+    return _cache[directory][1]
 
 
-@lru_cache(maxsize=MAX_CACHED_STUDIES)
-def _open_study(root: Path, directory: Path, modification_time: int) -> StudyStore:
-    """Open a study and cache it until the modification time of `study.toml` changes.
-
-    For a study of thousands of conditions, the cache saves seconds.
-    """
+def _open_study(root: Path, directory: Path) -> StudyStore:
     try:
         study = StudyStore(directory)
     except (TypeError, ValueError) as error:
@@ -132,11 +136,24 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
 
     `missing` is a message with a remedy if lifetimes of the study cannot be simulated, else "".
     """
+    # JSON has no form for a name that is not UTF-8.
+    printable_name = name.encode(errors="backslashreplace").decode()
     try:
+        if printable_name != name:
+            raise StudyError(f"the name {printable_name} is not UTF-8; rename the folder")
         return _summarize_readable(lab, find_study(lab, name), name)
-    except BaldwinLabError as error:
-        # An unreadable study must not hide other studies, so the list has an entry for the error.
-        return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
+    # An unreadable study must not hide other studies, so the list has an entry for any error.
+    except Exception as error:
+        problem = str(error)
+        if not isinstance(error, BaldwinLabError):
+            problem = f"{name} cannot be read: {problem or type(error).__name__}"
+        return {
+            "id": printable_name,
+            "seed": None,
+            "modified": 0,
+            "conditions": [],
+            "problem": problem,
+        }
 
 
 def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any]:

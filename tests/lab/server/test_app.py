@@ -11,12 +11,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event
 
+import anyio
 import pytest
 from playwright.sync_api import Browser, expect
+from starlette.types import Message
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
 from baldwinlab.lab import Lab
+from baldwinlab.lab.server.access import Access
+from baldwinlab.lab.server.app import make_app
 from baldwinlab.lab.sources import results
 from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json, get_response
 from tests.lab.conftest import run_server
@@ -31,6 +35,32 @@ def send_request(server: LabServer, lines: str) -> tuple[int, str]:
         )
         response = b"".join(iter(lambda: connection.recv(65536), b"")).decode("utf-8", "replace")
     return int(response.split(" ")[1]), response
+
+
+def test_a_page_that_leaves_during_the_handshake_of_a_websocket_is_no_error(
+    tmp_path: Path,
+) -> None:
+    async def receive() -> Message:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Message) -> None:
+        if message["type"] != "websocket.accept":
+            raise OSError("the client has closed the connection")
+
+    access = Access()
+    cookie = f"baldwinlab-80={access.token}".encode()
+    scope = {
+        "type": "websocket",
+        "path": "/api/live/1",
+        "headers": [(b"host", b"127.0.0.1:80"), (b"cookie", cookie)],
+        "query_string": b"",
+        "server": ("127.0.0.1", 80),
+        "scheme": "ws",
+        "subprotocols": [],
+    }
+    # The browser of another test can hold an event loop in this thread.
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(anyio.run, make_app(tmp_path, access), scope, receive, send).result()
 
 
 def test_the_page_is_served_with_a_policy_against_remote_files(lab_server: LabServer) -> None:
@@ -203,6 +233,7 @@ def test_a_record_outside_the_folder_is_rejected_and_other_records_are_served(
         assert "0000.nc is outside" in get_error(server.address, "results", 400, study="study")
         assert get_response(server.address, "recording", run=1, **query).status_code == 200
         assert [study["id"] for study in get_json(server.address, "studies")["studies"]] == [
+            "link",
             "linked-runs",
             "study",
         ]

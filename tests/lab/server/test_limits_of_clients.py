@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.types import Message
 
 from baldwinlab.lab import MAX_QUEUED_RESPONSES, Lab
-from baldwinlab.lab.server import app, responses
+from baldwinlab.lab.server import app, connections, responses
 from baldwinlab.lab.server.routes import MAX_BODY_BYTES
 from baldwinlab.lab.sources import live
 from tests.lab.client import CLIENT, SMALL, LabServer, get_response
@@ -39,6 +39,7 @@ def strict_server(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Ite
 def narrow_server(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
     """Yield a server with at most 20 clients."""
     monkeypatch.setattr(app, "MAX_CONNECTIONS", 20)
+    monkeypatch.setattr(connections, "MAX_WAITING", 20)
     with run_server(lab_server.root) as narrow:
         yield narrow
 
@@ -152,6 +153,66 @@ def test_connections_above_the_limit_are_rejected(narrow_server: LabServer) -> N
             time.sleep(0.01)
     while CLIENT.get(address).status_code != 200:
         time.sleep(0.01)
+
+
+HALF_A_HEADER = "GET /api/studies HTTP/1.1\nHost: 127"
+HALF_A_BODY = (
+    "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\nContent-Length: 9\n\n{"
+)
+
+
+@pytest.mark.parametrize("lines", [HALF_A_HEADER, HALF_A_BODY, ""])
+def test_many_clients_that_send_nothing_more_do_not_block_others(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch, lines: str
+) -> None:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT", 3600)
+    with run_server(lab_server.root) as server, ExitStack() as stack:
+        clients = [stack.enter_context(open_client(server, lines)) for _ in range(200)]
+        assert get_response(server.address, "studies").status_code == 200
+        answer = receive_all(clients[0])
+    assert (b"503 Service Unavailable" in answer) == bool(lines)
+    assert (b"too many clients send requests slowly" in answer) == bool(lines)
+
+
+@pytest.mark.parametrize("lines", [HALF_A_HEADER, HALF_A_BODY])
+def test_a_client_that_does_not_complete_its_request_is_disconnected(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch, lines: str
+) -> None:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT", TIMEOUT)
+    with run_server(lab_server.root) as server, open_client(server, lines) as connection:
+        answer = receive_all(connection)
+    assert answer.startswith(b"HTTP/1.1 408 Request Timeout")
+    assert b"the lab waits 0.3 s for a header, and for 4,096 bytes of a body" in answer
+
+
+def test_one_byte_at_a_time_does_not_extend_the_time_of_a_request(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT", TIMEOUT)
+    endless_body = HALF_A_BODY.replace("Length: 9", "Length: 1000000")
+    denied_body = endless_body.replace("COOKIE", "none")
+    with run_server(lab_server.root) as server:
+        for lines in (HALF_A_HEADER, endless_body, denied_body):
+            with open_client(server, lines) as connection, pytest.raises(OSError):
+                while True:
+                    connection.sendall(b"1")
+                    time.sleep(TIMEOUT / 10)
+
+
+def test_a_body_above_the_minimal_rate_is_received(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT", TIMEOUT)
+    monkeypatch.setattr(connections, "MIN_BODY_BYTES", 1)
+    spaces = 10
+    lines = HALF_A_BODY.replace("Length: 9", f"Length: {spaces + 2}")
+    lines = lines.replace("Content", "Connection: close\nContent")
+    with run_server(lab_server.root) as server, open_client(server, lines) as connection:
+        for _ in range(spaces):
+            time.sleep(TIMEOUT / 5)
+            connection.sendall(b" ")
+        connection.sendall(b"}")
+        assert b" 408 " not in receive_all(connection)
 
 
 @pytest.mark.parametrize("path", ["validate", "schema", "appearance", "live", "live/1/save"])

@@ -15,13 +15,14 @@ from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.api.publish import lab_results
-from baldwinlab.experiment import registry
+from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
 from baldwinlab.lab.sources.live import Live
 from baldwinlab.lab.sources.studies import (
     describe_missing_parts,
     find_study,
+    list_studies,
     list_study_names,
     summarize,
 )
@@ -316,3 +317,40 @@ def test_claims_are_those_of_the_report_and_are_read_again_after_a_change(
         assert results["curves"]
         assert results["problem"].startswith(f"{tmp_path}/it/claims.json cannot be read: ")
         assert results["problem"].endswith(f"; `baldwinlab report {tmp_path}/it` makes it again")
+
+
+def test_an_unchanged_study_is_read_once_among_hundreds(tmp_path: Path) -> None:
+    create_study(tmp_path / "0", [shorten_preset()], 1)
+    for number in range(1, 300):
+        shutil.copytree(tmp_path / "0", tmp_path / str(number))
+    lab = Lab(tmp_path, Live())
+    studies = [find_study(lab, str(number)) for number in range(300)]
+    assert all(find_study(lab, str(number)) is study for number, study in enumerate(studies))
+
+
+def test_a_fault_in_a_study_or_in_its_name_is_a_line_of_the_list(
+    tmp_path: Path,
+) -> None:
+    create_study(tmp_path / "sound", [shorten_preset()], 1)
+    shutil.copytree(tmp_path / "sound", tmp_path / "faulty")
+    shutil.copytree(tmp_path / "sound", tmp_path / os.fsdecode(b"\xff"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Experiment, "learns", property(lambda experiment: 1 / 0))
+        faulty = summarize(Lab(tmp_path, Live()), "faulty")
+    assert faulty["problem"] == "faulty cannot be read: division by zero"
+    summaries = list_studies(Lab(tmp_path, Live()), {})["studies"]
+    assert [(summary["id"], summary["problem"]) for summary in summaries] == [
+        ("faulty", None),
+        ("sound", None),
+        ("\\udcff", "the name \\udcff is not UTF-8; rename the folder"),
+    ]
+
+
+def test_a_link_to_a_study_is_a_line_of_the_list(tmp_path: Path) -> None:
+    create_study(tmp_path / "outside", [shorten_preset()], 1)
+    root = tmp_path / "lab"
+    root.mkdir()
+    (root / "link").symlink_to(tmp_path / "outside")
+    [summary] = list_studies(Lab(root, Live()), {})["studies"]
+    assert summary["id"] == "link"
+    assert "is outside" in summary["problem"]
