@@ -81,8 +81,8 @@ class _Console(Console):
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, **options)
 
-    @property
-    def file(self) -> IO[str]:  # type: ignore[override]
+    @property  # type: ignore[misc]
+    def file(self) -> IO[str]:
         """The stream to which the console writes."""
         return super().file if self.stderr or self.own_stdout is None else self.own_stdout
 

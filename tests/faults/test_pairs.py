@@ -62,7 +62,7 @@ def read_generations(study: Path) -> dict[int, int]:
     """Return the number of stored generations of each run."""
     data = open_runs(study)
     energy = data["energy"].sel(condition=CONDITION).isel(agent=0)
-    counts = np.isfinite(energy).sum(dim="generation").values.tolist()
+    counts = energy.count("generation").values.tolist()
     return dict(zip(data["run"].values.tolist(), counts, strict=True))
 
 

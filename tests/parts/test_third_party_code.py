@@ -110,7 +110,7 @@ def test_a_changed_version_of_a_file_replaces_the_earlier_version(tmp_path: Path
 
 def test_the_state_of_the_process_is_restored() -> None:
     folder = Path.cwd()
-    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    before = np.random.get_state(legacy=False)["state"]["key"].copy()  # noqa: NPY002
     handler = signal.getsignal(signal.SIGINT)
     filters = [*warnings.filters]
     with run_third_party_code({}, "the part"):
@@ -120,7 +120,8 @@ def test_the_state_of_the_process_is_restored() -> None:
         warnings.simplefilter("error")
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     assert Path.cwd() == folder
-    assert (np.random.get_state()[1] == before).all()  # noqa: NPY002
+    after = np.random.get_state(legacy=False)["state"]["key"]  # noqa: NPY002
+    assert (after == before).all()
     assert np.geterr()["divide"] != "raise"
     assert warnings.filters == filters
     assert signal.getsignal(signal.SIGINT) is handler

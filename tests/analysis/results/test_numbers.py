@@ -53,7 +53,7 @@ def test_no_number_but_0_is_shown_as_0() -> None:
 def test_different_numbers_have_different_texts() -> None:
     numbers = [0, 1e-7, 1e-5, 0.004, 0.0041, 1.00001, 1.00002, 99.96, 100, 1e9, 1e9 + 1]
     assert len(set(format_numbers(numbers))) == len(numbers)
-    assert len(set(format_numbers(np.array(numbers, np.float64)))) == len(numbers)
+    assert len(set(format_numbers([*np.array(numbers, np.float64)]))) == len(numbers)
 
 
 def test_the_levels_of_a_setting_are_distinct_and_without_zeros() -> None:

@@ -111,8 +111,8 @@ def test_levels_that_differ_little_stay_distinct_and_files_have_the_values(tmp_p
     for figure in draw_figures(finals):
         values = [row["learning.rate"] for row in figure.table]
         assert sorted(set(values)) == rates
-    figure = draw_heat_maps(finals, "learning.rate", "world.food.0.count")
-    labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    heat_map = draw_heat_maps(finals, "learning.rate", "world.food.0.count")
+    labels = [label.get_text() for label in heat_map.axes[0].get_yticklabels()]
     assert labels == ["0.012341", "0.012342"]
     sampled = sample(9)
     close = np.linspace(0.012341, 0.012349, 9)
