@@ -6,6 +6,7 @@ an experiment does not load the engine. A custom part is registered when its cla
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
@@ -14,7 +15,7 @@ from typing import Any, Final, NamedTuple
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from baldwinlab.core.names import did_you_mean, list_names
+from baldwinlab.core.names import SPECIES_NAME, describe_pattern, did_you_mean, list_names
 
 _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
@@ -243,6 +244,9 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
 
 def add(kind: str, name: str, part: type) -> None:
     """Register a custom part. It replaces a custom part of the same name."""
+    # Tables, files and commands contain the name.
+    if not re.match(SPECIES_NAME, str(name)) or not isinstance(name, str):
+        raise ValueError(f"the {kind} {name!r}: its name {describe_pattern(SPECIES_NAME)}")
     _CUSTOM_PARTS[kind][name] = part
     _CHANGES.append((kind, name))
 

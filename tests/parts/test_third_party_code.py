@@ -90,6 +90,14 @@ def test_the_output_of_a_part_goes_to_stderr_and_the_folder_stays(tmp_path: Path
     assert (tmp_path / "study" / "study.toml").is_file()
 
 
+@pytest.mark.parametrize("name", ["'\\x1b[2J'", "5", "'a/b'"])
+def test_a_name_that_is_no_name_of_a_part_is_refused(command: Command, name: str) -> None:
+    Path("rule.py").write_text(RULE.replace('"third-party-rule"', name), encoding="utf-8")
+    outcome = command("show", "evo/A", "--part", "rule.py")
+    assert outcome.code == 2
+    assert f"the learning rule {name}: its name must be letters, digits" in outcome.err
+
+
 def test_two_files_with_parts_of_one_name_are_refused(command: Command) -> None:
     Path("first.py").write_text(RULE, encoding="utf-8")
     Path("copy.py").write_text(RULE, encoding="utf-8")
