@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import FileKind, is_local, quote_path, read_text, require_inside_study
-from baldwinlab.core.names import CONDITION_NAME
+from baldwinlab.core.names import CONDITION_NAME, read_stem
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import BaseExperiment, validate
 from baldwinlab.experiment.added_parts import custom_choices
@@ -196,7 +196,7 @@ def _name_copy(table: dict[str, Any]) -> str:
     """Return the path of the copy of a data file in a study: inputs/worth-5e6f7a8b.txt."""
     path = PurePath(table["path"])
     ending = f"-{table['sha256'][:NAME_DIGITS]}"
-    return f"{INPUT_FOLDER}/{path.stem.removesuffix(ending)}{ending}{path.suffix}"
+    return f"{INPUT_FOLDER}/{read_stem(path).removesuffix(ending)}{ending}{path.suffix}"
 
 
 def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None:
