@@ -17,7 +17,7 @@ from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.names import suggest
+from baldwinlab.core.names import read_stem, suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.conditions import SWEEP
@@ -267,7 +267,7 @@ def sweep(
         path = Path(plan)
         design = read_sweep(path)
         content = path.read_bytes()
-    directory = Path("results") / path.stem if out is None else parse_location(out)
+    directory = Path("results") / read_stem(path) if out is None else parse_location(out)
     points = expand_sweep(design, path)
     console.info_if_any(describe_too_few_runs(design, len(points)))
     request = StudyRequest(

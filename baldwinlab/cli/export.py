@@ -24,8 +24,14 @@ from baldwinlab.api.export.formats import (
 from baldwinlab.cli.options import Assignments, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import EXPORT_MARK, is_study, parse_location, require_writable
+from baldwinlab.core.file_writing import hold_partial, write_atomically
+from baldwinlab.core.files import (
+    EXPORT_MARK,
+    is_study,
+    name_file_in_errors,
+    parse_location,
+    require_writable,
+)
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, load_with_origin
@@ -78,9 +84,13 @@ def write_lessons(source: str, path: Path | None, *, force: bool = False) -> str
     from baldwinlab.lab.pages.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
 
     pages = render_lesson_pack()
-    for page, content in pages.items():
-        (folder / page).parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / page, content)
+    # On a full disk, the first loop raises an error, and `folder` does not change.
+    with name_file_in_errors(folder), hold_partial(folder, is_folder=True) as partial_folder:
+        for page, content in pages.items():
+            write_atomically(partial_folder / page, content)
+        for page in pages:
+            (folder / page).parent.mkdir(parents=True, exist_ok=True)
+            (partial_folder / page).replace(folder / page)
     return (
         f"{folder}: {len(pages)} pages. Open {folder / 'index.html'}\n"
         f"Students need only the folder {folder / STUDENTS_FOLDER}"

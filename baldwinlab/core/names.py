@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import PurePath
 from typing import Final
 
 CONDITION_NAME: Final = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
@@ -37,6 +39,12 @@ def describe_pattern(pattern: str, description: str = "") -> str:
     """
     unknown_rule = "has another form than this setting allows"
     return _RULES.get(pattern, f"{unknown_rule}: {description}" if description else unknown_rule)
+
+
+def read_stem(path: PurePath) -> str:
+    """Return the name of a file without its suffix, in the same form (NFC) on every system."""
+    # On macOS, many names have a letter and its accent as two characters.
+    return unicodedata.normalize("NFC", path.stem)
 
 
 # Windows reserves these names for devices, with and without an extension.

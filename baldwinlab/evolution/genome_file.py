@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import FREEZE_MARK
+from baldwinlab.core.files import FREEZE_MARK, parse_json
 from baldwinlab.core.netcdf import (
     DamagedError,
     from_bytes,
@@ -103,20 +103,21 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
     try:
         verify_checksum(content)
         data = from_bytes(content)
-    except DamagedError as error:
+        layout = parse_json(str(data.attrs.get("layout", "{}")))
+    except (DamagedError, ValueError) as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None
     if "genome" not in data or data["genome"].dims != GENOME_DIMENSIONS:
         raise RefusedError(
             f"{path} is no genome file: it has no variable genome ({', '.join(GENOME_DIMENSIONS)})"
         )
-    layout = json.loads(str(data.attrs.get("layout", "{}")))
     return StoredGenomes(np.asarray(data["genome"].values, np.float32), layout, data.attrs)
 
 
 def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    # A short file can declare an array that is larger than the memory.
+    except (OSError, ValueError, EOFError, MemoryError, OverflowError) as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None
     is_number = isinstance(array, np.ndarray) and array.dtype.kind in "fiu"
     if not is_number or array.ndim not in (1, 2, 3, 4) or 0 in array.shape:

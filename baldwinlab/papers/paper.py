@@ -27,7 +27,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from baldwinlab.core.names import PAPER_NAME, find_name_fault, list_names, suggest
+from baldwinlab.core.names import PAPER_NAME, find_name_fault, list_names, read_stem, suggest
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.conditions import Factors
@@ -183,15 +183,15 @@ class Paper:
         return validate_tables(PaperCard, read_tables(path), path) if path.exists() else None
 
     @cached_property
-    def _names_by_kind(self) -> dict[str, list[str]]:
+    def _files_by_kind(self) -> dict[str, dict[str, Path]]:
         return {
-            kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
+            kind: {read_stem(path): path for path in sorted((self.folder / kind).glob("*.toml"))}
             for kind in PRESET_KINDS
         }
 
     def names(self, kind: str) -> list[str]:
         """Return the sorted names of a kind of `PRESET_KINDS`, but the standard variant first."""
-        return sorted(self._names_by_kind[kind], key=lambda name: name != STANDARD_VARIANT)
+        return sorted(self._files_by_kind[kind], key=lambda name: name != STANDARD_VARIANT)
 
     def describe(self, kind: str, name: str) -> str:
         """Return the description of a preset."""
@@ -214,7 +214,7 @@ class Paper:
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
-        path = self.folder / kind / f"{name}.toml"
+        path = self._files_by_kind[kind][name]
         preset = read_tables(path)
         if not isinstance(preset.get("description"), str):
             raise PaperError(f"{path}: description is missing: one line that describes the preset")

@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab import papers
 from baldwinlab.core.files import EXPERIMENT_FILE, read_text
-from baldwinlab.core.names import suggest
+from baldwinlab.core.names import read_stem, suggest
 from baldwinlab.experiment import (
     BaseExperiment,
     Experiment,
@@ -196,7 +196,7 @@ def _load_base(base: Any, path: Path, derived_files: tuple[Path, ...]) -> Experi
 
 def _derive_name(path: Path) -> str:
     """Return a valid name of a condition, made from the name of a file."""
-    name = re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem)
+    name = re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", read_stem(path))
     return name.strip("-") or "experiment"
 
 

@@ -138,7 +138,9 @@ class StudyStore:
             self.first_run = read_first_run(content)
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except KeyError as error:
+            raise StudyError(f"{path} cannot be read: {error.args[0]} is missing") from None
+        except (OSError, ValueError, TypeError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         self.experiments = {name: self._read_experiment(name) for name in names}
         # Points of a sweep have no factors, and the variants of a multiverse change the worlds.

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import FileKind, is_local, quote_path, read_text, require_inside_study
-from baldwinlab.core.names import CONDITION_NAME
+from baldwinlab.core.names import CONDITION_NAME, read_stem
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import BaseExperiment, validate
 from baldwinlab.experiment.added_parts import custom_choices
@@ -62,8 +62,12 @@ def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, F
     tables = content["factors"]
     if kind not in STUDY_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
-    for name in tables:
-        if unknown_factors := set(tables[name]) - set(Factors._fields):
+    if not isinstance(tables, dict):
+        raise ValueError(f"factors = {tables!r} must be a table")
+    for name, table in tables.items():
+        if not isinstance(table, dict) or {*map(type, table.values())} - {str}:
+            raise ValueError(f"factors.{name} = {table!r} must be a table of texts")
+        if unknown_factors := set(table) - set(Factors._fields):
             allowed = ", ".join(Factors._fields)
             raise ValueError(
                 f"factors.{name}: there is no factor {min(unknown_factors)!r}; there are {allowed}"
@@ -99,8 +103,8 @@ def read_text_of_study(path: Path, kind: FileKind) -> str:
 def require_valid_contents(seed: Any, names: Any) -> None:
     """Raise ValueError for an invalid seed, or for invalid names of conditions."""
     _require_number("seed", seed)
-    if not isinstance(names, list):
-        raise ValueError(f"conditions = {names!r} must be a list of names")
+    if not isinstance(names, list) or not names:
+        raise ValueError(f"conditions = {names!r} must be a list of at least one name")
     for name in names:
         if not isinstance(name, str) or not re.match(CONDITION_NAME, name):
             raise ValueError(f"conditions: {name!r} is no name of a condition")
@@ -196,7 +200,7 @@ def _name_copy(table: dict[str, Any]) -> str:
     """Return the path of the copy of a data file in a study: inputs/worth-5e6f7a8b.txt."""
     path = PurePath(table["path"])
     ending = f"-{table['sha256'][:NAME_DIGITS]}"
-    return f"{INPUT_FOLDER}/{path.stem.removesuffix(ending)}{ending}{path.suffix}"
+    return f"{INPUT_FOLDER}/{read_stem(path).removesuffix(ending)}{ending}{path.suffix}"
 
 
 def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None:
@@ -231,11 +235,16 @@ class PartRecord(NamedTuple):
 
 
 def read_part_records(content: Mapping[str, Any]) -> tuple[PartRecord, ...]:
-    """Return the parts in the content of `study.toml`. Raises KeyError for a missing key."""
-    return tuple(
-        PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"]))
-        for part in content.get("parts", [])
-    )
+    """Return the parts in the content of `study.toml`, or raise ValueError."""
+    parts = content.get("parts", [])
+    try:
+        return tuple(
+            PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"])) for part in parts
+        )
+    except (TypeError, KeyError):
+        raise ValueError(
+            f"parts = {parts!r} must be tables [[parts]], each with kind, name and sha256"
+        ) from None
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:

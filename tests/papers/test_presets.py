@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import unicodedata
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
 from baldwinlab import papers
+from baldwinlab.core.names import read_stem
 from baldwinlab.experiment import Experiment, ExperimentError, merge
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.registry import LIBRARY
@@ -117,3 +120,13 @@ def test_an_experiment_file_can_be_loaded_with_a_variant(tmp_path: Path) -> None
     path.write_text(to_toml(load("evo/A").replace(name="mine")))
     assert load(path).name == "mine"
     assert load(str(path), "literal").senses.visual_radius == 4
+
+
+@pytest.mark.parametrize("form", ["NFC", "NFD"])
+def test_name_of_a_file_does_not_depend_on_the_system(
+    tmp_path: Path, form: Literal["NFC", "NFD"]
+) -> None:
+    path = tmp_path / unicodedata.normalize(form, "größe.toml")
+    path.write_text('base = "evo/A"\n', "utf-8")
+    assert load(path).name == "gr-e"
+    assert read_stem(path) == unicodedata.normalize("NFC", "größe")

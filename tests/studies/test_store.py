@@ -90,7 +90,10 @@ def test_names_of_conditions_differ_and_are_folders_on_every_system(
             for text, number in [("", "None"), ("format = 2", 2), ("format = 9", 9)]
         ),
         ('format = 3\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
-        ("format = 3\nseed = 1\nconditions = 5", "conditions = 5 must be a list of names"),
+        (
+            "format = 3\nseed = 1\nconditions = 5",
+            "conditions = 5 must be a list of at least one name",
+        ),
         (
             'format = 3\nseed = 1\nconditions = ["../../etc"]',
             "'../../etc' is no name of a condition",

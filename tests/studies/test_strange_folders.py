@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab.analysis.multiverse.analysis import read_multiverse
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import (
     PART_FILE,
@@ -17,14 +18,16 @@ from baldwinlab.core.files import (
     read_bytes,
     require_writable,
 )
+from baldwinlab.evolution.genome_file import decode_genomes
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources.freezer import list_files
 from baldwinlab.lab.sources.live import Live
 from baldwinlab.lab.sources.studies import UNKNOWN_FILE, _find_source
 from baldwinlab.studies.progress import FILE_PREFIX, ProcessProgress, read_progress
+from baldwinlab.studies.record_files import StudyError
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study_file import PartRecord, stored_source
+from baldwinlab.studies.study_file import PartRecord, add_checksum, stored_source
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.completion import read_files
@@ -126,3 +129,47 @@ def test_a_file_of_a_process_or_a_session_with_a_wrong_value_is_skipped(
     (study / "sessions.jsonl").write_text(text)
     assert list(StudyStore(study).sessions()) == [session]
     read_status(StudyStore(study))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'conditions = ["evo/A"]',
+            "conditions = []",
+            r"conditions = .* at least one name",
+        ),
+        (
+            'learner = "evo',
+            'learner = [1, 2] # "evo',
+            r"factors\.evo/A = .* must be a table of texts",
+        ),
+        ("seed = ", "parts = 5\nseed = ", r"parts = 5 must be tables \[\[parts\]\]"),
+        ("[factors]", "", "factors is missing"),
+    ],
+)
+def test_a_wrong_value_in_study_toml_is_refused_with_file_and_key(
+    study: Path, old: str, new: str, message: str
+) -> None:
+    path = study / "study.toml"
+    text = path.read_text("utf-8").rpartition("# SHA-256")[0]
+    assert old in text
+    changed = text.replace(old, new) if new else text.partition(old)[0]
+    path.write_text(add_checksum(changed), "utf-8")
+    with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
+        StudyStore(study)
+
+
+@pytest.mark.parametrize("shape", ["1000000000000,", "1" + "0" * 30 + ","])
+def test_a_short_file_that_declares_a_huge_array_is_refused(shape: str) -> None:
+    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape})}}".ljust(117) + "\n"
+    content = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode()
+    with pytest.raises(RefusedError, match=r"^huge\.npy is no genome file: "):
+        decode_genomes(content, "huge.npy")
+
+
+def test_deeply_nested_json_of_a_multiverse_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "multiverse.json"
+    path.write_text("[" * 100_000 + "]" * 100_000, "utf-8")
+    with pytest.raises(ValueError, match=r"multiverse\.json is not a file of .* not JSON"):
+        read_multiverse(path)

@@ -25,7 +25,7 @@ from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, Outcome, VariantResult
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, read_bytes
+from baldwinlab.core.files import RESULTS_FILE, parse_json, read_bytes
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.claims import EXPLORATORY
 
@@ -314,12 +314,12 @@ def read_multiverse(path: Path) -> Multiverse:
     """Read a file of `write_multiverse`."""
     raw = _read_bytes(path)
     try:
-        record = json.loads(raw)
+        record = parse_json(raw)
         multiverse = Multiverse.model_validate(record)
     except ValidationError as error:
         key = ".".join(str(part) for part in error.errors()[0]["loc"]) or "it is not an object"
         raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {key}") from None
-    except (ValueError, RecursionError):
+    except ValueError:
         raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
     if not _is_unchanged(multiverse, record):
         raise ValueError(

@@ -22,7 +22,7 @@ from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, record_contrasts
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, quote_path, read_text
+from baldwinlab.core.files import RESULTS_FILE, parse_json, quote_path, read_text
 from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_measures, name_food_outcome
@@ -208,7 +208,7 @@ def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
 def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
     """Return the cached results, or None if the cache is missing, damaged or out of date."""
     try:
-        record = json.loads(read_text(study.directory / CACHE_FILE, RESULTS_FILE))
+        record = parse_json(read_text(study.directory / CACHE_FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
         is_valid = (
             record["version"] == __version__
@@ -220,7 +220,7 @@ def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
             return None
         return _replace_folder(record["results"], FOLDER_PLACEHOLDER, quote_path(study.directory))
     # The file is missing, or another program wrote it.
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
 

@@ -38,7 +38,7 @@ def list_study_names(root: Path) -> Iterator[str]:
             yield Path(folder).relative_to(root).as_posix()
         links = [path for path in map(Path(folder).joinpath, subfolders) if path.is_symlink()]
         for link in sorted(links):
-            if (link / "study.toml").is_file():
+            if Path(link / "study.toml").is_file():
                 yield link.relative_to(root).as_posix()
         # `os.walk` then visits exactly the folders in this list, in the order of the list.
         subfolders[:] = sorted(
