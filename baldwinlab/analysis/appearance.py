@@ -33,6 +33,9 @@ POINTER_LENGTH: Final = 1.5
 POINTER_WIDTH: Final = 2
 # Fraction of the color of a species in the color of a trail. The rest is the background.
 TRAIL_SHARE: Final = 0.4
+# A position that is farther from the preceding one, in map units, begins another trail: the agent
+# crosses the edge of the map, or a newborn replaces it.
+MAX_STEP_LENGTH: Final = 10
 
 
 def has_appearance(trace: xr.Dataset) -> bool:

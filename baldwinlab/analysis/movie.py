@@ -18,6 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from baldwinlab.analysis.appearance import (
+    MAX_STEP_LENGTH,
     AgentSymbol,
     blend,
     draw_agent,
@@ -52,8 +53,6 @@ FONT = ImageFont.load_default(14)
 HALF_ITEM_SIDE = 5
 AGENT_LENGTH = 8
 FLASH_RADIUS = 13
-# An agent that moves farther than this in a step, in map units, crosses the edge of the map.
-MAX_STEP_LENGTH = 10
 FRAMES_PER_SECOND = 25
 MAX_GIF_COLORS = 256
 MILLISECONDS_PER_SECOND = 1000

@@ -252,6 +252,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
         last=last,
         tables=tables,
         is_foraging=is_foraging,
+        instruction=instruction,
     )
 
 

@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
 from baldwinlab.analysis.appearance import (
+    MAX_STEP_LENGTH,
     AgentSymbol,
     list_symbol_numbers,
     list_symbols,
@@ -107,8 +108,7 @@ def draw_trajectories(trace: xr.Dataset) -> Figure:
     """
     figure = Figure((FIGURE_WIDTH / 2, FIGURE_WIDTH / 2 + 0.5))
     axes = figure.subplots()
-    world = parse_world(trace)
-    has_eaten = draw_titled_map(axes, trace, world)
+    has_eaten = draw_titled_map(axes, trace, parse_world(trace))
     symbols = list_symbols(trace)
     if "species" in trace:
         numbers = np.array(list_symbol_numbers(trace))
@@ -121,7 +121,7 @@ def draw_trajectories(trace: xr.Dataset) -> Figure:
             Line2D([], [], color=color, lw=1.5, label=label)
             for color, label in ((BLUE, "ate"), (GRAY, "never ate"))
         ]
-    _draw_paths(axes, trace, world, colors, has_eaten)
+    _draw_paths(axes, trace, colors, has_eaten)
     figure.legend(handles=handles, loc="outside upper center", ncols=min(3, len(handles)))
     return figure
 
@@ -130,8 +130,8 @@ def _draw_species_ends(
     axes: Axes, trace: xr.Dataset, symbols: Sequence[AgentSymbol], numbers: np.ndarray
 ) -> list[Line2D]:
     """Draw the last position of each agent, and return the entries of the legend."""
-    # [agent]: index of the last step before death. Positions are NaN after death.
-    last_steps = np.isfinite(trace["x"].values).sum(axis=0) - 1
+    # [agent]: last step with a position. Positions are NaN between a death and the next birth.
+    last_steps = trace.sizes["step"] - 1 - np.isfinite(trace["x"].values)[::-1].argmax(axis=0)
     agents = np.arange(trace.sizes["agent"])
     x = trace["x"].values[last_steps, agents]
     y = trace["y"].values[last_steps, agents]
@@ -155,14 +155,12 @@ def _draw_species_ends(
     return handles
 
 
-def _draw_paths(
-    axes: Axes, trace: xr.Dataset, world: World, colors: np.ndarray, has_eaten: np.ndarray
-) -> None:
+def _draw_paths(axes: Axes, trace: xr.Dataset, colors: np.ndarray, has_eaten: np.ndarray) -> None:
     segments = []
     segment_colors = []
     # Agents that never ate (False) are drawn first, below the others.
     for agent in np.argsort(has_eaten, kind="stable"):
-        path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
+        path = split_trails(trace["x"].values[:, agent], trace["y"].values[:, agent])
         n_segments = min(MAX_SEGMENTS, len(path))
         for steps in np.array_split(np.arange(len(path)), n_segments):
             # A segment starts at the last point of the preceding segment, to leave no gap.
@@ -174,11 +172,8 @@ def _draw_paths(
     axes.add_collection(lines, autolim=False)
 
 
-def split_at_edges(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
-    """Return a path [step, 2], with a row of NaN where an agent crosses the edge of the map."""
+def split_trails(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return a path [step, 2], with a row of NaN between two trails."""
     path = np.stack([x, y], axis=1).astype(np.float64)
-    half_map = np.array([world.width, world.height]) / 2
-    # No agent moves by half a map in a step.
-    crosses_edge = (np.abs(np.diff(path, axis=0)) > half_map).any(axis=1)
-    steps_after_edge = np.flatnonzero(crosses_edge) + 1
-    return np.insert(path, steps_after_edge, np.nan, axis=0)
+    is_jump = np.abs(np.diff(path, axis=0)).sum(axis=1) > MAX_STEP_LENGTH
+    return np.insert(path, np.flatnonzero(is_jump) + 1, np.nan, axis=0)

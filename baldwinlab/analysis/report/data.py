@@ -48,7 +48,7 @@ class Link(NamedTuple):
     address: str
 
 
-def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
+def find_typical_lives(data: xr.Dataset, last: int = 10) -> dict[str, StoredLife]:
     """Return by condition the last generation of a typical run. Skip conditions without runs."""
     has_data = data["energy"].notnull().any(("run", "agent"))
     lives = {}
@@ -56,7 +56,8 @@ def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
         is_stored = has_data.sel(condition=name)
         if bool(is_stored.any()):
             last_generation = int(is_stored["generation"][is_stored][-1])
-            lives[name] = StoredLife(name, fitness.typical_run(data, name), last_generation)
+            run = fitness.typical_run(data, name, last)
+            lives[name] = StoredLife(name, run, last_generation)
     return lives
 
 
@@ -125,7 +126,7 @@ class ReportData:
     @cached_property
     def lives(self) -> dict[str, StoredLife]:
         """A typical lifetime of each condition."""
-        return find_typical_lives(self.data)
+        return find_typical_lives(self.data, self.last)
 
 
 def emergence_generations(generations: int) -> list[int]:

@@ -165,9 +165,9 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
     return values.where(is_present & is_inside).mean("generation", keep_attrs=True)
 
 
-def typical_run(dataset: xr.Dataset, condition: str) -> int:
+def typical_run(dataset: xr.Dataset, condition: str, last: int = 10) -> int:
     """Return the run whose final mean fitness is nearest to the median. ValueError without runs."""
-    means = final(dataset, "mean").sel(condition=condition).dropna("run")
+    means = final(dataset, "mean", last).sel(condition=condition).dropna("run")
     if not means.size:
         raise ValueError(f"there is no run of {condition}")
     distances = abs(means - means.median())

@@ -201,7 +201,7 @@ def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
     if condition is None:
         return []
     experiment = plan.study.experiments[condition]
-    run = fitness.typical_run(data, condition)
+    run = fitness.typical_run(data, condition, plan.last)
     energy = data.energy.sel(condition=condition, run=run)
     # `force` skips the check of memory, because `required_memory` includes all replays.
     return [

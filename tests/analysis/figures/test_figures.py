@@ -30,7 +30,7 @@ from baldwinlab.analysis.figures.style import (
     to_png,
     to_svg,
 )
-from baldwinlab.analysis.figures.world import draw_trajectories, split_at_edges
+from baldwinlab.analysis.figures.world import draw_trajectories, split_trails
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations
@@ -44,7 +44,6 @@ from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.analysis.report.figures.shares import draw_shares
 from baldwinlab.analysis.report.figures.survival import draw_survival
 from baldwinlab.analysis.typeface import FAMILY, TEXT_SIZE
-from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.presets import load
@@ -213,11 +212,23 @@ def test_no_interval_of_fitness_reaches_below_zero() -> None:
 
 def test_a_path_is_split_at_the_edge_of_the_map() -> None:
     x = np.array([636.0, 638, 0, 2, 2, 2])
-    y = np.array([100.0, 100, 100, 2, 638, 636])
-    path = split_at_edges(x, y, World())
+    y = np.array([4.0, 4, 4, 2, 638, 636])
+    path = split_trails(x, y)
     assert np.flatnonzero(np.isnan(path).any(axis=1)).tolist() == [2, 5]
     assert np.nanmax(np.abs(np.diff(path, axis=0))) < 320
     np.testing.assert_array_equal(path[np.isfinite(path).all(axis=1)], np.stack([x, y], axis=1))
+
+
+def test_a_newborn_in_the_place_of_a_dead_agent_has_a_path_and_an_end_of_its_own() -> None:
+    path = split_trails(np.array([100.0, 102, 200, 202]), np.array([100.0, 100, 100, 100]))
+    assert np.flatnonzero(np.isnan(path).any(axis=1)).tolist() == [2]
+    trace = species_trace({"prey": 1, "predator": 1}, steps=40)
+    x = trace.x.values.copy()
+    x[10:15, 0] = np.nan
+    x[:, 0][30:] = 300
+    axes = draw_trajectories(trace.assign(x=(trace.x.dims, x), y=trace.y.fillna(100))).axes[0]
+    ends = [float(end) for line in axes.lines for end in np.ravel(line.get_xdata())]
+    assert 300 in ends
 
 
 def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> None:

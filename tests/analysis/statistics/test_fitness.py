@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.analysis.report.data import find_typical_lives
 from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from tests.analysis.results.studies import study
@@ -93,6 +94,13 @@ def test_the_typical_run_is_nearest_to_the_median() -> None:
     assert fitness.typical_run(study({"evo": [9, 1, 5, 100, NAN]}), "evo") in (0, 2)
     with pytest.raises(ValueError, match="no run of evo"):
         fitness.typical_run(study({"evo": [NAN]}), "evo")
+
+
+def test_the_typical_run_is_that_of_the_generations_which_the_report_averages() -> None:
+    # (condition, run, generation, agent): the middle run differs at the end.
+    two = make_dataset([[[[9], [0]], [[0], [1]], [[1], [2]]]]).assign_coords(condition=["evo"])
+    assert [fitness.typical_run(two, "evo", last) for last in (1, 2)] == [1, 2]
+    assert [find_typical_lives(two, last)["evo"].run for last in (1, 2)] == [1, 2]
 
 
 def test_stored_curves_equal_computed_ones() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,9 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     assay = assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A)
     path.write_bytes(encode_assay(assay))
     publish_study(plan_report(study, page))
-    assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
+    heading = '<h2 id="baldwin">Is there a Baldwin effect?</h2>'
+    section = page.read_text("utf-8").partition(heading)[2]
+    assert re.search(r"At least \d+ runs are needed\. To add runs: ", section)
     assert '<h2 id="trait-changes">' in page.read_text("utf-8")
     assert (study.directory / "trait-changes.csv").exists()
     assert (study.directory / "baldwin.csv").exists() and (

@@ -54,7 +54,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
         return None
     condition = str(report.traces[0].attrs["condition"])
     run = int(report.traces[0].attrs["run"])
-    is_typical = fitness.typical_run(report.data, condition) == run
+    is_typical = fitness.typical_run(report.data, condition, report.last) == run
     reason = ", the run closest to the median final mean fitness" if is_typical else ""
     counts = []
     for trace in report.traces:
