@@ -30,6 +30,7 @@ from baldwinlab.models.miniworld.backends.choice import (
     require_species_batch,
 )
 from baldwinlab.papers import Paper, presets, save_copy
+from baldwinlab.papers.worlds import name_maps
 from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.catalog import estimate_assays, get_assays, not_applicable_reasons
 from baldwinlab.studies.assays.results import assay_path, find_missing_assays
@@ -52,7 +53,7 @@ from baldwinlab.studies.open import format_sample_sentence, sample_runs
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.run_task import Callback
-from baldwinlab.studies.status import require_complete_runs
+from baldwinlab.studies.status import count_requested_runs, require_complete_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_length import hold_length, read_stored_generations
 
@@ -251,7 +252,10 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
     """Return the study in the directory. Create the study if it does not exist."""
     factors = request.factors
     if factors is None:
-        factors = request.paper.factors() if request.paper else presets.factors()
+        by_name = {experiment.name: experiment for experiment in request.experiments}
+        factors = (
+            request.paper.factors() if request.paper else name_maps(by_name, presets.factors())
+        )
     study = create_study(
         request.directory,
         request.experiments,
@@ -307,10 +311,9 @@ def extend(
 ) -> StudyStore:
     """Run a stored study further, for `Study.extend`."""
     if runs is None:
-        study.require_runs()
-        # Conditions can have different numbers of runs. One without runs counts as `default`.
-        last_run = max(max(study.runs(name), default=0) for name in study.experiments)
-        runs = last_run + 1 - study.first_run
+        runs = count_requested_runs(study)
+        if not runs:
+            study.require_runs()
     experiments = study.experiments
     if generations is not None:
         experiments = extend_experiments(study, generations)

@@ -209,23 +209,25 @@ def _create_locked(path: Path, is_folder: bool) -> tuple[Path, int | None]:
         # Another process can remove the file before it is locked. Then the loop creates a new file.
         with suppress(FileNotFoundError):
             handle = os.open(partial_path, os.O_RDONLY if is_folder else os.O_RDWR)
-            if try_lock(handle) and _is_at(partial_path, handle):
+            if try_lock(handle) is not False and _is_at(partial_path, handle):
                 return partial_path, handle
             os.close(handle)
 
 
-def try_lock(handle: int, *, is_exclusive: bool = True) -> bool:
-    """Lock an open file or folder. Return False if the lock of another process excludes it."""
+def try_lock(handle: int, *, is_exclusive: bool = True) -> bool | None:
+    """Lock an open file or folder. Return False if the lock of another process excludes it.
+
+    Returns None if the system or the file system has no locks.
+    """
     if fcntl is None:
-        return True
+        return None
     mode = fcntl.LOCK_EX if is_exclusive else fcntl.LOCK_SH
     try:
         fcntl.flock(handle, mode | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:
-        # The file system has no locks.
-        return True
+        return None
     return True
 
 

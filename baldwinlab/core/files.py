@@ -248,9 +248,6 @@ def require_writable(
     - `force`: accept an existing file without `mark`.
     - `suffixes`: allowed ends of the name, by default all.
     """
-    if suffixes and path.suffix not in suffixes:
-        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
-        raise RefusedError(f"{option} {path} must end in {endings}")
     if not path.parent.is_dir():
         raise RefusedError(
             f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
@@ -258,6 +255,9 @@ def require_writable(
         )
     if folder := enclosing_study(path):
         raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
+    if suffixes and path.suffix not in suffixes:
+        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
+        raise RefusedError(f"{option} {path} must end in {endings}")
     if path.is_dir():
         raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
     require_no_device(path)

@@ -36,17 +36,36 @@ def name_maps(
     own_maps: dict[str, str] = {}  # Name by world.
     for name, levels in named.items():
         model = experiments[name].model
-        known_maps = _list_known_maps(model)
-        is_custom = bool(levels.map) and levels.map not in known_maps.values()
+        is_custom = bool(levels.map) and levels.map not in _list_map_names(model)
         # A paper without maps, and a paper with variants, defines what is compared.
         if levels.variant or is_custom or (paper and not levels.map):
             continue
         map_name = model if has_models else ""
-        if world := _describe_world(experiments[name]):
+        world = _describe_world(experiments[name])
+        if world and levels.map and _find_world(model, levels.map) == world:
+            # Most conditions have the map of their preset. The other maps are not loaded for them.
+            map_name = levels.map
+        elif world:
             number = f" {len(own_maps) + 1}" if own_maps else ""
-            map_name = known_maps.get(world) or own_maps.setdefault(world, YOUR_MAP + number)
+            known_name = _list_known_maps(model).get(world)
+            map_name = known_name or own_maps.setdefault(world, YOUR_MAP + number)
         named[name] = levels._replace(map=map_name)
     return named
+
+
+def _list_map_names(model: str) -> set[str]:
+    """Return the names that the conditions of a model can have for a map of a built-in paper."""
+    names = {name for paper, _ in _list_conditions(model) for name in paper.names("maps")}
+    return names | {paper.name for paper, _ in _list_conditions(model)}
+
+
+@cache
+def _find_world(model: str, map_name: str) -> str:
+    """Return the world of the first built-in paper with a map of this name, "" without one."""
+    for paper, conditions in _list_conditions(model):
+        if map_name in paper.names("maps"):
+            return _describe_world(paper.experiment(join_map(conditions[0], map_name)))
+    return ""
 
 
 @cache
@@ -65,6 +84,7 @@ def _list_known_maps(model: str) -> dict[str, str]:
     return known_maps
 
 
+@cache
 def _list_conditions(model: str) -> list[tuple[Paper, list[str]]]:
     """Return each built-in paper of a model with its conditions of this model."""
     found = []

@@ -37,7 +37,7 @@ class Agents(NamedTuple):
     species: SpeciesIndices | None
 
 
-class Member(NamedTuple):
+class RecordedMember(NamedTuple):
     """Agents with equal settings: the settings, the view of the batch, and indices of agents."""
 
     experiment: Experiment
@@ -75,7 +75,7 @@ def trace_lifetime(
 
 def begin_lifetime(
     settings: Experiment, agents: Agents, key: GenerationKey, world: int
-) -> list[Member]:
+) -> list[RecordedMember]:
     """Prepare a lifetime. Return a member for each species, or a single member without species.
 
     `agents`: all agents of the generation.
@@ -86,14 +86,14 @@ def begin_lifetime(
         # `[run]` and `[None]`: the batch has a single run.
         batch = CpuBatch(settings, seed, [run], world=world)
         batch.begin(generation, genome[None])
-        return [Member(settings, batch, slice(0, settings.agents_per_world))]
+        return [RecordedMember(settings, batch, slice(0, settings.agents_per_world))]
     sizes = count_agents(agents.species, len(settings.population.species))
     ends = sizes.cumsum()
     species_batch = make_species_batch(
         settings, seed, run, generation, agents.genome, agents.species
     )
     return [
-        Member(member, view, slice(first, end))
+        RecordedMember(member, view, slice(first, end))
         for member, view, first, end in zip(
             species_batch.members,
             species_batch.views(),
@@ -104,7 +104,7 @@ def begin_lifetime(
     ]
 
 
-def _collect_weights(genome: Genome, members: Sequence[Member]) -> Genome:
+def _collect_weights(genome: Genome, members: Sequence[RecordedMember]) -> Genome:
     """Return the genomes with the current weights of module 0. Other modules do not change."""
     changed = genome.copy()
     for member in members:
@@ -114,7 +114,7 @@ def _collect_weights(genome: Genome, members: Sequence[Member]) -> Genome:
     return changed
 
 
-def _record_steps(settings: Experiment, members: Sequence[Member]) -> Arrays:
+def _record_steps(settings: Experiment, members: Sequence[RecordedMember]) -> Arrays:
     """Simulate a lifetime and return the recorded arrays, [step, agent, ...] or [step, item]."""
     # All species have the same items.
     items = Series("items", range(settings.lifetime.steps), slice(None))
@@ -133,7 +133,9 @@ def _record_steps(settings: Experiment, members: Sequence[Member]) -> Arrays:
 
 
 def record_members(
-    members: Sequence[Member], items: Recorder, series_of_members: Sequence[Mapping[str, Series]]
+    members: Sequence[RecordedMember],
+    items: Recorder,
+    series_of_members: Sequence[Mapping[str, Series]],
 ) -> list[Arrays]:
     """Simulate a lifetime. Return the recorded arrays of each member [time, agent, ...], by name.
 
@@ -150,7 +152,7 @@ def record_members(
     ]
 
 
-def _make_recorders(settings: Experiment, member: Member) -> dict[str, Series]:
+def _make_recorders(settings: Experiment, member: RecordedMember) -> dict[str, Series]:
     """Return the recorders of the agents of a member, by variable of the trace."""
     agents = slice(member.agents.stop - member.agents.start)
     steps = settings.lifetime.steps
@@ -172,7 +174,7 @@ def _make_recorders(settings: Experiment, member: Member) -> dict[str, Series]:
     return recorders
 
 
-def _convert_units(member: Member, arrays: Arrays) -> Arrays:
+def _convert_units(member: RecordedMember, arrays: Arrays) -> Arrays:
     """Return the arrays with headings in degrees, eaten items per step, and eaten prey per step."""
     # [step, agent, kind]: differences of the totals since birth are the numbers in each step.
     eaten = np.diff(arrays["eaten"], axis=0, prepend=0)
@@ -187,7 +189,7 @@ def _convert_units(member: Member, arrays: Arrays) -> Arrays:
     return arrays | {"heading": heading, "eaten": eaten.sum(axis=2)} | eaten_prey
 
 
-def _join_members(members: Sequence[Member], arrays: Sequence[Arrays]) -> Arrays:
+def _join_members(members: Sequence[RecordedMember], arrays: Sequence[Arrays]) -> Arrays:
     """Concatenate the arrays of all members along the axis of agents.
 
     Inputs and outputs that a species does not have are NaN. Other missing variables are 0.

@@ -71,7 +71,8 @@ class ProcessProgress(NamedTuple):
     def is_running(self) -> bool:
         """Whether the process still runs; on another machine, whether its file is recent."""
         if self.host != socket.gethostname():
-            return time.time() - self.updated < MAX_SILENCE_IN_SECONDS
+            # The clocks of two machines can differ, in both directions.
+            return abs(time.time() - self.updated) < MAX_SILENCE_IN_SECONDS
         try:
             # Signal 0 only checks whether the process exists.
             os.kill(self.pid, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from datetime import UTC, datetime
 from itertools import groupby
 from typing import Final
@@ -267,11 +267,10 @@ def run_study(
 @contextmanager
 def _flush_writers(tasks: Sequence[RunTask]) -> Iterator[None]:
     """Store the finished runs of interrupted tasks, which share writers, at the end."""
-    try:
-        yield
-    finally:
+    with ExitStack() as stack:
         for writer in {task.writer for task in tasks if task.writer}:
-            writer.flush()
+            stack.callback(writer.flush)
+        yield
 
 
 def _count_requested_runs(study: StudyStore, missing: dict[str, list[int]]) -> int:

@@ -110,22 +110,24 @@ class RecordWriter:
     def flush(self) -> None:
         """Store all finished runs. Raises OSError."""
         with self._lock:
-            for block in list(self._histories):
+            for block in self._histories:
                 self._store(block)
 
     def _store(self, block: int) -> None:
         """Store the finished runs of a block."""
-        histories = self._histories.pop(block, {})
+        histories = self._histories.get(block, {})
         if not histories:
             return
         if self._files is None:
             self._files = list_record_files(self._folder)
         first, last = min(histories), max(histories)
         files = [file for file in self._files if file.first <= last and file.last >= first]
-        for runs in split_runs(list(histories), assign_runs(files)):
-            for group in self._split([histories[run] for run in runs]):
+        # A run whose write fails remains, so that a later call writes it.
+        for runs in list(split_runs(list(histories), assign_runs(files))):
+            for group in list(self._split([histories[run] for run in runs])):
                 self._write(group)
                 for history in group:
+                    del histories[history.run]
                     if history.run in self._runs_with_checkpoints:
                         remove_checkpoint(self.directory, self._experiment.name, history.run)
 

@@ -134,6 +134,13 @@ def _count_runs_of_condition(
     return max(largest, max(totals) // len(study.experiments))
 
 
+def count_requested_runs(study: StudyStore) -> int:
+    """Return the largest number of runs of a condition that is stored, or that a session had."""
+    sessions = list(study.sessions())
+    processes = [progress for _, progress in read_progress(study.directory)]
+    return _count_runs_of_condition(study, processes, sessions[-1] if sessions else {})
+
+
 def _count_steps_left(
     study: StudyStore, missing: Mapping[str, int], running: tuple[ProcessProgress, ...]
 ) -> int:
@@ -180,7 +187,8 @@ def format_incomplete_sentence(study: StudyStore) -> str:
         n_runs = len(study.runs(condition))
         n_stored += n_runs
         n_incomplete += n_runs - _count_complete_runs(study, condition)[0]
-    if not n_incomplete:
+    # Another process can store runs between the two counts.
+    if n_incomplete <= 0:
         return ""
     return (
         f"{n_incomplete:,} of {format_count(n_stored, 'stored run')} have fewer generations than "

@@ -36,7 +36,7 @@ def hold_length(study: StudyStore) -> Iterator[None]:
     Raises StudyError if another process extends the study, or has extended it since it was opened.
     """
     with _lock_folder(study.directory, is_exclusive=False) as is_locked:
-        if not is_locked:
+        if is_locked is False:
             raise StudyError(
                 f"another process is extending {study.location}. Nothing was changed. Repeat the "
                 "command to use the new number of generations."
@@ -55,7 +55,10 @@ def change_length(study: StudyStore) -> Iterator[None]:
     """
     with _lock_folder(study.directory, is_exclusive=True) as is_locked:
         others = list(_list_other_processes(study.directory))
-        if others or not is_locked:
+        if is_locked:
+            # No process of this machine simulates the study. A file of a killed process can remain.
+            others = [other for other in others if other.host != socket.gethostname()]
+        if others or is_locked is False:
             names = [f"the process {other.pid} on {other.host}" for other in others]
             raise StudyError(
                 f"{study.location} cannot be extended now, because "
@@ -88,15 +91,15 @@ def require_same_length(directory: Path, experiment: BaseExperiment) -> None:
 
 
 @contextmanager
-def _lock_folder(directory: Path, *, is_exclusive: bool) -> Iterator[bool]:
-    """Yield whether a folder could be locked without waiting; True where locks do not exist."""
+def _lock_folder(directory: Path, *, is_exclusive: bool) -> Iterator[bool | None]:
+    """Yield whether a folder could be locked without waiting; None where locks do not exist."""
     handle = None
     if is_local(directory):
         # A folder cannot be opened on Windows, and may not be readable.
         with suppress(OSError):
             handle = os.open(directory, os.O_RDONLY)
     try:
-        yield handle is None or try_lock(handle, is_exclusive=is_exclusive)
+        yield None if handle is None else try_lock(handle, is_exclusive=is_exclusive)
     finally:
         if handle is not None:
             os.close(handle)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.cli import export
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import EXPORT_MARK
 from baldwinlab.lab.pages import lesson_pack
 from tests.studies.completion import read_files
@@ -24,16 +25,15 @@ def test_a_full_disk_leaves_the_folder_of_the_lessons_unchanged(
         folder.mkdir()
         (folder / "index.html").write_bytes(b"earlier " + PAGES["index.html"])
     before = read_files(tmp_path)
-    write = export.write_atomically
 
     def write_with_full_disk(path: Path, content: bytes) -> Path:
         if path.parent.name == "students":
             raise OSError(errno.ENOSPC, "No space left on device", str(path))
-        return write(path, content)
+        return write_atomically(path, content)
 
     monkeypatch.setattr(lesson_pack, "render_lesson_pack", lambda: PAGES)
     with monkeypatch.context() as context:
-        context.setattr(export, "write_atomically", write_with_full_disk)
+        context.setattr("baldwinlab.cli.export.write_atomically", write_with_full_disk)
         with pytest.raises(OSError, match="no space is left"):
             export.write_lessons("", folder)
     assert read_files(tmp_path) == before

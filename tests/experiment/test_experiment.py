@@ -24,7 +24,7 @@ def region(**changes: Any) -> dict[str, Any]:
     [
         ({"population": {"size": 0}}, "population.size", "0", AT_LEAST_1),
         ({"population": {"size": 2.5}}, "population.size", "2.5", "integer"),
-        ({"population": {"size": True}}, "population.size", "True", "not numbers"),
+        ({"population": {"size": True}}, "population.size", "true", "not numbers"),
         ({"network": {"hidden": [10, 0]}}, "network.hidden.1", "0", AT_LEAST_1),
         ({"network": {"hidden": [1] * 9}}, "network.hidden", "9", "at most 8"),
         ({"network": {"biases": "perhaps"}}, "network.biases", "perhaps", "boolean"),

@@ -95,7 +95,7 @@ def test_save_figure_gives_the_figure_of_the_report_in_four_formats(
         if name == "svg":
             # Text is text, and the only panel is the one on the screen.
             texts = re.findall(r"<text[^>]*>([^<]*)<", content.decode())
-            assert [text for text in texts if "agent" in text][:1] == ["Map A, best agent"]
+            assert [text for text in texts if "agent" in text][:1] == ["Your map, best agent"]
             assert {"evo", "evo+", "self-taught"} <= {*texts}
             assert "Map A, average agent" not in texts
     rows = [*csv.DictReader(content.decode().splitlines())]
@@ -255,13 +255,13 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
         open_results(page, "study=small&runs=each&norm=map")
         page.get_by_test_id("finals").locator("summary").first.click()
         page.get_by_test_id("save-final-fitness").locator("summary").click()
-        page.get_by_test_id("saves-reaction-map-A").locator("summary").click()
+        page.get_by_test_id("saves-reaction-map-your-map").locator("summary").click()
         for control in (
             "each-run",
             "download-run-curves.csv",
             "save-final-fitness-csv",
             "norm",
-            "download-reaction-map-A.png",
+            "download-reaction-map-your-map.png",
         ):
             page.get_by_test_id(control).scroll_into_view_if_needed()
             expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)

@@ -88,9 +88,7 @@ def require_results_without_part(server: LabServer) -> None:
     assert results["measures"]["best"]["axis"] == run["measure"]
     assert len(results["curves"]["bit-strings"]["best"]["center"]) == 5
     query = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
-    assert "load its file, for example the copy" in get_error(
-        server.address, "recording", 400, **query
-    )
+    assert "is not loaded" in get_error(server.address, "recording", 400, **query)
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +18,7 @@ from baldwinlab.api.export.formats import study_formats, write_export
 from baldwinlab.api.study import Study
 from baldwinlab.core.console import errors
 from baldwinlab.studies.creation import extend_study
+from baldwinlab.studies.progress import ProcessProgress
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.status import format_incomplete_sentence
@@ -47,6 +51,13 @@ with getattr(study_length, sys.argv[2])(StudyStore(Path(sys.argv[1]))):
 @pytest.fixture
 def study(tmp_path: Path) -> StudyStore:
     return make_small_study(tmp_path / "study", [shorten_preset(CONDITION)], RUNS)
+
+
+def write_progress(study: StudyStore, host: str) -> None:
+    """Write the file of a process that seems to simulate a study."""
+    progress = ProcessProgress(host, os.getppid(), 0, time.time(), 1, "threads", "cpu", 1, 1)
+    path = study.directory / progress.file_name
+    path.write_text(json.dumps(progress._asdict()))
 
 
 @contextmanager
@@ -95,11 +106,21 @@ def test_a_process_without_locks_is_found_by_its_progress(
     monkeypatch.setattr("baldwinlab.core.file_writing.fcntl", None)
     with hold_in_another_process(study, "hold_length"):
         extend_study(study, GENERATIONS)
-    progress = '{{"host": "node", "pid": {0}, "began": 0, "updated": 1e12, "workers": 1, {1}'
-    settings = '"executor": "threads", "backend": "cpu", "runs": 1, "agent_steps": 1}'
-    (study.directory / ".running-node-7.json").write_text(progress.format(7, settings))
-    with pytest.raises(StudyError, match="because the process 7 on node simulates it"):
+    write_progress(study, "node")
+    with pytest.raises(StudyError, match=r"because the process \d+ on node simulates it"):
         extend_study(StudyStore(study.directory), GENERATIONS + 1)
+
+
+def test_a_file_of_a_killed_process_does_not_prevent_an_extension(study: StudyStore) -> None:
+    write_progress(study, socket.gethostname())
+    extend_study(study, GENERATIONS)
+
+
+def test_a_study_continues_with_the_runs_of_its_last_session(study: StudyStore) -> None:
+    session = {"seconds": 1, "compile_seconds": 1, "workers": 1, "agent_steps": 1, "runs": 3}
+    study.add_session(session)
+    Study(study).extend()
+    assert study.runs(CONDITION) == [0, 1, 2]
 
 
 @pytest.mark.parametrize("context", [hold_length, change_length])

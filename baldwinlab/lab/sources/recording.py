@@ -19,7 +19,7 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import RECORDED_WORLD, ItemMoves, Series
 from baldwinlab.simulation.trace import (
     Agents,
-    Member,
+    RecordedMember,
     begin_lifetime,
     pad_columns,
     record_members,
@@ -144,7 +144,7 @@ def _make_series(
 
 
 def _record_species(
-    experiment: Experiment, members: Sequence[Member], span: Span, moves: ItemMoves
+    experiment: Experiment, members: Sequence[RecordedMember], span: Span, moves: ItemMoves
 ) -> dict[str, npt.NDArray[Any]]:
     """Simulate the steps of several species, and return the arrays [step, agent] of all agents."""
     settings_of_species = [member.experiment for member in members]

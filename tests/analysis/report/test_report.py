@@ -351,10 +351,10 @@ def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(
 
 @pytest.mark.usefixtures("placeholder_figures")
 def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
-    text = own_report(study({"evo/B": range(8), "short": range(20, 28)}), tmp_path)
+    text = own_report(study({"evo/A": range(8), "evo+drift/A": range(20, 28)}), tmp_path)
     assert re.findall(r'<h2 id="([^"]+)"', text)[0] == "compared"
     section = text.split('id="compared"')[1].split("<h2")[0]
-    assert "Each condition is compared with evo/B." in section
+    assert "Each condition is compared with evo/A." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
     for text in ("<strong>+20.0 [", '<td class="plain" data-label="Runs">8, 8</td>'):
         assert text in section

@@ -199,4 +199,4 @@ def test_an_error_of_an_oracle_names_the_line(write_part: Write, without_compila
     findings = bl.check_part(path, requirements=["oracle"])
     (message,) = [finding.message for finding in findings if finding.holds is False]
     assert message.startswith("fitness 'raises': its oracle fails: TypeError: ")
-    assert message.endswith(f"({path}:12)")
+    assert message.endswith(f"({path.name}:12)")

@@ -177,8 +177,8 @@ SENTENCES = {
     "--out b.trees --run -1": "--run -1 must be a whole number from 0 to 2147483647",
     "--format ro-crate --license ask_me": "--license ask_me must be an address, https://..., or an "
     "SPDX name such as CC-BY-4.0",
-    "--format ro-crate --author=": "--author  must have a name, which the address of an ORCID may "
-    "follow",
+    "--format ro-crate --author=": "--author needs a value; usage: baldwinlab export [SOURCE]; "
+    "baldwinlab export --help lists the options",
 }
 
 

@@ -142,7 +142,8 @@ def test_presets_are_a_study_as_that_of_the_command_line(
     ("names", "runs", "note"),
     [
         (["evo/A", "evo/B"], 5, ""),
-        (["evo/A", "evo/B"], 4, "No verdict is possible. With 4 runs and 2 tests, "),
+        (["evo/A", "evo/B"], 4, ""),
+        (["evo/A", "evo+drift/A"], 4, "No verdict is possible. With 4 runs and 2 tests, "),
         # With 8 tests, the smallest corrected p of 5 and 5 runs is 8 x 2 / 252.
         (LEARNERS, 5, "No verdict is possible. With 5 runs and 8 tests, "),
     ],

@@ -78,7 +78,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
             "title": f"{name}/A",
             "learner": name,
             "learns": name != "evo",
-            "map": "A",
+            "map": "your map",
             "variant": "",
             "shown": False,
             **sizes,
@@ -142,7 +142,7 @@ def test_a_study_whose_model_is_not_loaded_is_listed_with_the_command_that_loads
         (hawks, sound) = (summarize(lab, name) for name in ("hawks", "sound"))
         assert (sound["problem"], sound["missing"]) == (None, "")
         assert [condition["runs"] for condition in hawks["conditions"]] == [[0]]
-        message, command = hawks["missing"].split(" command: ")
+        message, command = hawks["missing"].split(", which executes their code: ")
         assert message.startswith(
             "The fitness debt and the model hawks-and-doves of this study are not loaded. "
         )

@@ -117,7 +117,7 @@ function createChart(
     );
   const columns = ["condition", "value", "median", "low", "high"];
   return addChart(container, options, {
-    name: `reaction-${field}${map && `-${map}`}`,
+    name: `reaction-${field}${map && `-${map.replaceAll(" ", "-")}`}`,
     columns,
     rows,
   });
