@@ -191,7 +191,7 @@ class Paper:
 
     def names(self, kind: str) -> list[str]:
         """Return the sorted names of a kind of `PRESET_KINDS`, but the standard variant first."""
-        return sorted(self._files_by_kind[kind], key=lambda name: name != STANDARD_VARIANT)
+        return sorted(self._files_by_kind[kind], key=lambda name: (name != STANDARD_VARIANT, name))
 
     def describe(self, kind: str, name: str) -> str:
         """Return the description of a preset."""

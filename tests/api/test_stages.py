@@ -7,12 +7,18 @@ import json
 import math
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
+import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab import papers
+from baldwinlab.analysis.statistics.fitness import UNSEEN_MAPS_VARIABLE
+from baldwinlab.api.publish.stages import read_staged_results
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.experiment.conditions import Factors
 from baldwinlab.papers.design import read_design, read_tuned, specification_conditions
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
@@ -308,3 +314,16 @@ def test_a_setting_of_the_quick_form_replaces_the_factor_of_its_name() -> None:
     assert {experiment.network.hidden for experiment in experiments} == {(5,)}
     selections = {experiment.evolution.selection for experiment in experiments}
     assert selections == {"roulette", "tournament"}
+
+
+@pytest.mark.parametrize("values", [[0.5, 1.5], [math.nan, math.nan]])
+def test_matched_controls_alone_and_no_runs_give_no_results(
+    values: list[float],
+) -> None:
+    control = "hebb+yoked/near"
+    study = SimpleNamespace(experiments={control: None}, factors={control: Factors("hebb+yoked")})
+    design = SimpleNamespace(tuning=SimpleNamespace(grids=()), noise_controls=("noise",))
+    unseen = xr.DataArray([values], {"condition": [control], "run": [0, 1]})
+    data = unseen.to_dataset(name=UNSEEN_MAPS_VARIABLE)
+    arguments = cast(Any, (study, None, design, data, []))
+    assert read_staged_results(*arguments) is None

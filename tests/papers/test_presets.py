@@ -130,3 +130,11 @@ def test_name_of_a_file_does_not_depend_on_the_system(
     path.write_text('base = "evo/A"\n', "utf-8")
     assert load(path).name == "gr-e"
     assert read_stem(path) == unicodedata.normalize("NFC", "größe")
+
+
+def test_names_are_in_the_order_of_their_characters_and_not_of_their_files() -> None:
+    # "evo+self-taught.toml" is before "evo.toml", because "+" is before ".".
+    for built_in in papers.built_in().values():
+        for kind in ("conditions", "controls", "maps"):
+            assert built_in.names(kind) == sorted(built_in.names(kind))
+    assert papers.load("le-2019").names("conditions") == ["evo", "evo+self-taught", "self-taught"]

@@ -117,7 +117,7 @@ def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     variance = cell["founder_square"].mean("run") - cell["founder_mean"].mean("run") ** 2
     sd = variance.clip(min=0) ** 0.5
     difference = (cell["innate_trait"] - cell["control_innate_trait"]).isel(last).mean("generation")
-    has_distance = "distance" in cell
+    has_distance = "distance" in cell and cell.sizes["generation"] > 1  # A fall has two ends.
     falls = {
         history: _measure_fall(cell[name]) if has_distance else undefined
         for history, name in DISTANCES.items()

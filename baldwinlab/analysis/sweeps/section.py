@@ -221,7 +221,8 @@ def _describe_curves(finals: xr.Dataset) -> str:
 def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
     values = analysis.compute_table(finals, row, column, SUMMARY_MEASURE)
     finite = values[np.isfinite(values)]
-    low, high = format_numbers([finite.min(initial=np.inf), finite.max(initial=-np.inf)])
+    limits = format_numbers([finite.min(), finite.max()]) if finite.size else []
+    answer = f"The average agent: from {' to '.join(limits)}." if limits else "No point has runs."
     row_title = figures.describe_field(finals, row)
     column_title = figures.describe_field(finals, column)
     return ReportFigure(
@@ -231,9 +232,7 @@ def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
             "Means over runs and over all other fields. The axes are not to scale: all values are "
             "evenly spaced."
         ),
-        alternative=(
-            f"Heat map of fitness by {row} and {column}. The average agent: from {low} to {high}."
-        ),
+        alternative=f"Heat map of fitness by {row} and {column}. {answer}",
         figure=figures.draw_heat_maps(finals, row, column),
         table=_tabulate_cells(finals, row, column),
     )

@@ -34,25 +34,21 @@ def read_staged_results(
     data: xr.Dataset,
     results: Sequence[ClaimResult],
 ) -> StagedResults | None:
-    """Return the results of a study in stages, or None without the assay `unseen-maps`."""
+    """Return the results of a study in stages, or None without `unseen-maps` of a learner."""
     unseen = get_unseen_maps(data)
     values = {
         name: unseen.sel(condition=name).dropna("run").values
         for name in study.experiments
         if unseen.sel(condition=name).notnull().any()
     }
-    if not values:
+    tuned = _format_tuned_settings(study, design)
+    rows = compare_with_noise(values, study.factors, design.noise_controls, tuned, results)
+    if not rows:
         return None
     digests = _read_digests(study)
     curve, settings = _read_specifications(study, design)
     return StagedResults(
-        rows=compare_with_noise(
-            values,
-            study.factors,
-            design.noise_controls,
-            _format_tuned_settings(study, design),
-            results,
-        ),
+        rows=rows,
         noise_controls=design.noise_controls,
         specifications=curve,
         settings={

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
+from baldwinlab.analysis.atlas.tables import estimate_mean
 
 GENERATIONS = np.arange(0, 101, 10)
 
@@ -75,3 +76,11 @@ def test_undefined_outcomes_are_null() -> None:
     outcomes = compute_outcomes(make_cell().drop_vars("distance"))
     assert outcomes["assimilation"].isnull().all()
     assert outcomes["innate_response"].notnull().all()
+
+
+def test_one_generation_has_no_fall() -> None:
+    outcomes = compute_outcomes(make_cell().isel(generation=[0]))
+    for name in ("assimilation", "learner_fall", "t90"):
+        assert outcomes[name].isnull().all() and outcomes[name].sizes == {"run": 2}
+    assert str(estimate_mean(outcomes["assimilation"])) == "not defined"
+    assert outcomes["innate_response"].values == pytest.approx([1.0, 1.0])

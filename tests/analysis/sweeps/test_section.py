@@ -130,7 +130,7 @@ def test_levels_that_differ_little_stay_distinct_and_files_have_the_values(tmp_p
 def test_a_sweep_without_a_finite_value_has_a_page(tmp_path: Path) -> None:
     data = grid()
     data.energy[:] = data.food_eaten[:] = np.nan
-    assert "from – to –" in page_of(data, tmp_path).read_text("utf-8")
+    assert "world.food.0.count. No point has runs." in page_of(data, tmp_path).read_text("utf-8")
 
 
 @pytest.mark.usefixtures("placeholder_figures")
