@@ -137,7 +137,7 @@ def _simulate_missing(
         console.info(f"{study.location}: {runs} stored, none to do")
         return
     _announce_runs(study, missing, request)
-    # There is at least one task for each worker if there are as many runs.
+    # On threads, there is at least one task for each worker if there are as many runs.
     n_missing = sum(map(len, missing.values()))
     console.info_once(describe_workers(execution.executor, execution.parallel_tasks, n_missing))
     curves = FitnessCurves()

@@ -125,9 +125,9 @@ def plan_tasks(
         n_runs *= math.ceil(total_runs / (n_runs * max_tasks))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_generations, runs in groups.items():
+            is_new = n_generations == 0
             writer = None
             if is_one_process:
-                is_new = n_generations == 0
                 writer = RecordWriter(study.directory, experiment, runs, is_new=is_new)
             blocks = [[run] for run in runs] if writer else _group_by_file(experiment, runs)
             for task_runs in _join_blocks(blocks, n_runs):
@@ -137,7 +137,7 @@ def plan_tasks(
                     writer=writer,
                     # The last stored generation is simulated again.
                     n_stored=max(0, n_generations - 1),
-                    is_new=n_generations == 0,
+                    is_new=is_new,
                     checkpoint_interval=checkpoint_interval,
                     callback=callback,
                 )

@@ -106,8 +106,9 @@ def read_status(study: StudyStore) -> StudyStatus:
     n_runs = _count_runs_of_condition(study, processes, last_session)
     done = {}
     for condition in study.experiments:
-        done[condition], damaged = _count_complete_runs(study, condition)
-        failures += damaged
+        counts = _count_stored_runs(study, condition)
+        done[condition] = counts.complete
+        failures += counts.faults
     missing = {condition: max(0, n_runs - count) for condition, count in done.items()}
     speed = sum(progress.steps_per_second for progress in running)
     if not running and last_session:
@@ -154,24 +155,33 @@ def _count_steps_left(
     )
 
 
-def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[str]]:
-    """Return the number of complete runs, and a sentence for each damaged file."""
+class StoredRunCounts(NamedTuple):
+    """Numbers of the stored runs of a condition."""
+
+    complete: int
+    incomplete: int  # Runs with fewer generations than the study, or in a file that is unreadable.
+    faults: list[str]  # A sentence for each damaged file.
+
+
+def _count_stored_runs(study: StudyStore, condition: str) -> StoredRunCounts:
+    """Count the stored runs of a condition. Checksums are not verified."""
     generations = study.experiments[condition].evolution.generations
     folder = condition_folder(study.directory, condition)
-    damaged = [
+    faults = [
         f"{path} was damaged; its runs are missing unless they were simulated again"
         for path in folder.glob("*.damaged")
     ]
-    n_complete = 0
+    n_runs = n_complete = 0
     for file, runs in assign_runs(study.files(condition)):
+        n_runs += len(runs)
         try:
             is_complete = _read_completeness(study, condition, file, generations)
         # The reader raises any kind of error for invalid bytes.
         except Exception as error:
-            damaged.append(f"{file.path} cannot be read: {type(error).__name__}")
+            faults.append(f"{file.path} cannot be read: {type(error).__name__}")
             continue
         n_complete += int(sum(is_complete[run - file.first] for run in runs))
-    return n_complete, damaged
+    return StoredRunCounts(n_complete, n_runs - n_complete, faults)
 
 
 def require_complete_runs(study: StudyStore) -> None:
@@ -182,14 +192,11 @@ def require_complete_runs(study: StudyStore) -> None:
 
 def format_incomplete_sentence(study: StudyStore) -> str:
     """Return a sentence about the stored runs that are not complete, "" if all are complete."""
-    n_stored = n_incomplete = 0
-    for condition in study.experiments:
-        n_runs = len(study.runs(condition))
-        n_stored += n_runs
-        n_incomplete += n_runs - _count_complete_runs(study, condition)[0]
-    # Another process can store runs between the two counts.
-    if n_incomplete <= 0:
+    counts = [_count_stored_runs(study, condition) for condition in study.experiments]
+    n_incomplete = sum(count.incomplete for count in counts)
+    if not n_incomplete:
         return ""
+    n_stored = n_incomplete + sum(count.complete for count in counts)
     return (
         f"{n_incomplete:,} of {format_count(n_stored, 'stored run')} have fewer generations than "
         f"{study.location}, or cannot be read. "

@@ -98,7 +98,7 @@ INTERRUPTED = "interrupted"
 
 
 class _Session(BaseModel, extra="allow"):
-    """The fields of a session that are computed with."""
+    """A session in `sessions.jsonl`, with the fields that the package uses in computations."""
 
     seconds: Amount
     compile_seconds: Amount

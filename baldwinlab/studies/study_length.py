@@ -41,8 +41,7 @@ def hold_length(study: StudyStore) -> Iterator[None]:
                 f"another process is extending {study.location}. Nothing was changed. Repeat the "
                 "command to use the new number of generations."
             )
-        for experiment in study.experiments.values():
-            require_same_length(study.directory, experiment)
+        _require_unchanged(study)
         yield
 
 
@@ -65,9 +64,14 @@ def change_length(study: StudyStore) -> Iterator[None]:
                 f"{' and '.join(names) or 'another process'} simulates it. Nothing was changed. "
                 "Repeat the command after the end of the simulation."
             )
-        for experiment in study.experiments.values():
-            require_same_length(study.directory, experiment)
+        _require_unchanged(study)
         yield
+
+
+def _require_unchanged(study: StudyStore) -> None:
+    """Raise StudyError if a condition has another length than when the study was opened."""
+    for experiment in study.experiments.values():
+        require_same_length(study.directory, experiment)
 
 
 def read_stored_generations(directory: Path, condition: str) -> int | None:

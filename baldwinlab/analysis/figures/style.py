@@ -196,7 +196,8 @@ def to_png(figure: Figure, software: str | None = None) -> bytes:
     """Render a figure as PNG. `software`: mark of the program that wrote the file."""
     page = io.BytesIO()
     figure.set_dpi(200)
-    FigureCanvasAgg(figure).print_png(page, metadata={"Software": software})  # type: ignore[no-untyped-call]
+    canvas = FigureCanvasAgg(figure)
+    canvas.print_png(page, metadata={"Software": software})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 
