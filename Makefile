@@ -71,7 +71,8 @@ slow: $(VENV)/.dev $(VENV)/.nightly browser firefox
 
 # About ten minutes.
 faults: $(VENV)/.dev
-	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
+	FAULTS=all STRANGERS_SEED=$(SEED) $(BIN)/python -m pytest -n logical --dist worksteal tests/faults \
+	  || { echo "make faults SEED=$(SEED) repeats the examples of the grammars"; exit 1; }
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -18,6 +18,8 @@ from tests.faults.strangers.warm_process import HANGS
 # Success, failure, usage error, interruption.
 STATUSES = {"0", "1", "2", "130"}
 LINES_OF_MESSAGE = 12
+# `make faults` takes a new seed, and prints it.
+FIRST_SEED = int(os.environ.get("STRANGERS_SEED", "0"))
 ALLOWED_CONTROLS = "\n\t\r"
 # Marks that change the direction of a text.
 DIRECTIONAL_MARKS = {chr(code) for code in (*range(0x202A, 0x202F), *range(0x2066, 0x206A))}
@@ -104,10 +106,15 @@ def is_control(mark: str) -> bool:
     return is_escape or 0x7F <= ord(mark) < 0xA0 or mark in DIRECTIONAL_MARKS
 
 
-def hash_files(root: Path) -> dict[str, str]:
-    """Return a hash of each regular file, and the kind and target of everything else."""
+def hash_files(root: Path, *left_out: str) -> dict[str, str]:
+    """Return a hash of each regular file, and the kind and target of everything else.
+
+    `left_out` has names of subfolders of `root`.
+    """
     hashes = {}
     for folder, subfolders, names in os.walk(root):
+        if Path(folder) == root:
+            subfolders[:] = [name for name in subfolders if name not in left_out]
         for name in [*subfolders, *names]:
             path = Path(folder, name)
             key = os.fsencode(path.relative_to(root)).decode("utf-8", "backslashreplace")

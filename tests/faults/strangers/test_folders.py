@@ -13,6 +13,7 @@ import pytest
 from tests.faults import amount
 from tests.faults.strangers.folders import make_hostile
 from tests.faults.strangers.oracle import (
+    FIRST_SEED,
     WarmProcess,
     find_faults,
     find_losses,
@@ -25,12 +26,13 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no FIFOs, s
 
 N_FOLDERS = amount(500, 10)
 N_COMMANDS = amount(3, 2)
-FIRST_SEED = int(os.environ.get("STRANGERS_SEED", "0"))
 SETTINGS = {
     "population": {"size": 4},
     "lifetime": {"steps": 60},
     "evolution": {"generations": 3},
 }
+# Starts of the names of the files that commands write beside the study.
+OUTPUTS = ("table.", "data.", "life.", "agents.")
 LIFE = ["--run", "0", "--generation", "0"]
 COMMANDS = [
     ["status", "study"],
@@ -75,12 +77,21 @@ def test_a_hostile_folder_harms_nobody(
     for name in ("study", "neighbor"):
         shutil.copytree(sound_study, work / name)
     case = make_hostile(work / "study", choice)
-    before = hash_files(work / "neighbor")
+    before = hash_files(warm_process.folder, "output")
     for command in choice.sample(COMMANDS, N_COMMANDS):
         inside = hash_files(work / "study")
         outcome = warm_process.run(*command)
         faults = find_faults(outcome)
         faults += find_losses(inside, hash_files(work / "study"), outcome)
-        if hash_files(work / "neighbor") != before:
-            faults.append("the neighbor is changed")
+        after = hash_files(warm_process.folder, "output")
+        faults += [
+            f"{name} is changed, outside of the study"
+            for name in sorted(before | after)
+            if before.get(name) != after.get(name) and not is_output(name)
+        ]
         assert not faults, f"seed {seed}: {case}\n{', '.join(faults)}\n{outcome.describe()}"
+
+
+def is_output(name: str) -> bool:
+    """Return whether a file is in the study, or is one that the commands write beside it."""
+    return name.startswith(("work/study/", *(f"work/{output}" for output in OUTPUTS)))

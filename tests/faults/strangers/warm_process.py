@@ -22,8 +22,8 @@ MODULES = [
     "baldwinlab.lab.sources.freezer",
     "baldwinlab.lab.sources.studies",
 ]
-# A command that takes longer hangs. A loaded machine needs some of this time.
-TIMEOUT = 30.0
+# A command that takes longer hangs.
+TIMEOUT = 10.0
 HANGS = "hangs"
 
 
