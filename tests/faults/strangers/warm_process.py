@@ -14,6 +14,8 @@ import time
 import traceback
 from pathlib import Path
 
+import psutil
+
 MODULES = [
     "matplotlib.pyplot",
     "baldwinlab.api.publish.study",
@@ -22,8 +24,11 @@ MODULES = [
     "baldwinlab.lab.sources.freezer",
     "baldwinlab.lab.sources.studies",
 ]
-# A command that takes longer hangs.
+# A command hangs after these seconds of CPU time, and after these seconds without any CPU time. So
+# the result does not depend on the load of the machine.
 TIMEOUT = 10.0
+# A command that polls uses some CPU time, and hangs after these seconds.
+LONGEST_TIMEOUT = 120.0
 HANGS = "hangs"
 
 
@@ -65,12 +70,16 @@ def execute(arguments: list[str], folder: str) -> None:
 
 
 def wait(process: int) -> int | str:
-    """Return the exit status of a process, or HANGS after the timeout."""
-    deadline = time.monotonic() + TIMEOUT
-    while time.monotonic() < deadline:
+    """Return the exit status of a process, or HANGS after one of the timeouts."""
+    start = last_change = time.monotonic()
+    cpu_seconds = 0.0
+    while not is_hanging(cpu_seconds, start, last_change):
         ended, status = os.waitpid(process, os.WNOHANG)
         if ended:
             return os.waitstatus_to_exitcode(status)
+        user, system, *_ = psutil.Process(process).cpu_times()
+        if user + system > cpu_seconds:
+            cpu_seconds, last_change = user + system, time.monotonic()
         time.sleep(0.005)
     for _ in range(2):
         os.killpg(process, signal.SIGINT)
@@ -78,6 +87,12 @@ def wait(process: int) -> int | str:
     os.killpg(process, signal.SIGKILL)
     os.waitpid(process, 0)
     return HANGS
+
+
+def is_hanging(cpu_seconds: float, start: float, last_change: float) -> bool:
+    """Return whether a process has used too much CPU time, or none for too long."""
+    now = time.monotonic()
+    return max(cpu_seconds, now - last_change) > TIMEOUT or now - start > LONGEST_TIMEOUT
 
 
 def serve() -> None:
