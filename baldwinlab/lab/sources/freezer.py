@@ -79,8 +79,10 @@ def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
             f"the file would have {len(content):,} bytes, and the lab writes at most"
             f" {MAX_FILE_BYTES:,}; use `baldwinlab freeze`"
         )
-    path.parent.mkdir(exist_ok=True)
-    write_atomically(path, content)
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        raise StudyError(f"{path} cannot be written: {error.strerror or error}") from None
     return describe_file(lab, path)
 
 
