@@ -292,9 +292,9 @@ def _is_at(path: Path, handle: int) -> bool:
         return False
 
 
-def remove_file(path: Path) -> None:
-    """Remove a file of a study, if it exists. Raise RefusedError if it is outside of the study."""
-    require_inside_study(path)
+def remove_file(path: Path, folder: Path | None = None) -> None:
+    """Remove a file of a study, if it exists. Raise as `require_inside_study`."""
+    require_inside_study(path, folder)
     path.unlink(missing_ok=True)
 
 

@@ -34,7 +34,7 @@ def blocked_study(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
     else:
         make_small_study(folder, [shorten_preset("evo/A")], runs=2)
     first_file = "responses.csv" if request.param == "sweep" else "claims.json"
-    for name in (first_file, "statistics.csv", "results.json"):
+    for name in (first_file, "statistics.csv", "summary.csv", "results.json"):
         (folder / name).mkdir()
     (folder / "figures").touch()
     return folder
