@@ -11,15 +11,15 @@ from unittest.mock import patch
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.style import LayoutSize, SavedFigure
+from baldwinlab.core.file_writing import write_atomically
 
 SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 
 
 def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write small files with the names of the files of a figure."""
-    folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".svg", ".pdf", ".png"):
-        (folder / f"{name}{suffix}").write_bytes(SVG)
+        write_atomically(folder / f"{name}{suffix}", SVG)
     return SavedFigure(SVG.decode(), LayoutSize(1, 1), LayoutSize(1, 1))
 
 

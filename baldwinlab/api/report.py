@@ -55,9 +55,10 @@ def report(
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):
         require_writable("--out", out, REPORT_MARK.encode(), force=force, suffixes=[".html"])
-    # The other files of the report are in the folders of these two files.
-    for path in (study.directory / CLAIMS_FILE, study.directory / "figures" / "fitness.svg"):
-        require_writable_path(path)
+    if out is None:
+        # The other files of the report are in the folders of these two files.
+        for path in (study.directory / CLAIMS_FILE, study.directory / "figures" / "fitness.svg"):
+            require_writable_path(path, ", or write the page to another folder with --out")
     plan = plan_report(study, page, last, baseline, paper)
     require_resources(f"the report of {study.location}", required_memory(plan), force=force)
     study.remove_abandoned_files()

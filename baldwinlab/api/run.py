@@ -16,7 +16,7 @@ from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import SWEEP_FILE, parse_location, read_bytes
 from baldwinlab.core.names import read_stem, suggest
 from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import BaseExperiment, assign
@@ -266,7 +266,7 @@ def sweep(
     else:
         path = Path(plan)
         design = read_sweep(path)
-        content = path.read_bytes()
+        content = read_bytes(path, SWEEP_FILE)
     directory = Path("results") / read_stem(path) if out is None else parse_location(out)
     points = expand_sweep(design, path)
     console.info_if_any(describe_too_few_runs(design, len(points)))

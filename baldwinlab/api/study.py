@@ -292,16 +292,19 @@ class Study(StudyRuns):
         'report.html'
         """
         # Imported late: loading the figures takes a while.
+        from baldwinlab.api.publish.unwritten_files import warn_of_unwritten_files
         from baldwinlab.api.report import report
 
-        return report(
-            self._store,
-            None if out is None else Path(out),
-            last=last,
-            force=force,
-            baseline=baseline or "",
-            paper=None if paper is None else papers.load(paper),
-        )
+        page = None if out is None else Path(out)
+        with warn_of_unwritten_files(self.directory, page):
+            return report(
+                self._store,
+                page,
+                last=last,
+                force=force,
+                baseline=baseline or "",
+                paper=None if paper is None else papers.load(paper),
+            )
 
     def export(
         self,

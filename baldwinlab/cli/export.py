@@ -28,6 +28,7 @@ from baldwinlab.core.file_writing import hold_partial, write_atomically
 from baldwinlab.core.files import (
     EXPORT_MARK,
     is_study,
+    list_names,
     name_file_in_errors,
     parse_location,
     require_writable,
@@ -110,7 +111,7 @@ def _require_lesson_folder(folder: Path, *, force: bool) -> None:
     first_page = folder / "index.html"
     if not folder.exists():
         return
-    if any(folder.iterdir()) and not first_page.exists() and not force:
+    if list_names(folder) and not first_page.exists() and not force:
         raise RefusedError(
             f"--out {folder} contains files that this command did not write. Choose another path "
             "or add --force."

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.publish.gallery import compare_papers
 from baldwinlab.api.publish.gallery_entries import holds_studies
+from baldwinlab.api.publish.unwritten_files import warn_of_unwritten_files
 from baldwinlab.api.report import evaluate_claims
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
@@ -86,9 +87,10 @@ def report(
     if holds_studies(directory):
         options = {"--claims": claims is not None, "--baseline": baseline, "--paper": paper}
         _require_unused(options, f"{directory}, a folder of studies")
-        page = compare_papers(directory, out, last=last_generations, force=force)
+        with warn_of_unwritten_files(directory, out) as unwritten:
+            page = compare_papers(directory, out, last=last_generations, force=force)
         if json:
-            print_gallery(directory, page)
+            print_gallery(directory, page, unwritten)
         return
     study = StudyStore(directory)
     if claims is not None:
@@ -97,16 +99,17 @@ def report(
         _report_claims(study, source, last_generations, out, force=force, json=json)
         return
     paper_data = load(paper) if paper else None
-    write_report(
-        study,
-        out,
-        last=last_generations,
-        baseline=baseline,
-        paper=paper_data,
-        force=force,
-    )
+    with warn_of_unwritten_files(study.directory, out) as unwritten:
+        write_report(
+            study,
+            out,
+            last=last_generations,
+            baseline=baseline,
+            paper=paper_data,
+            force=force,
+        )
     if json:
-        print_results(study, last_generations, baseline)
+        print_results(study, last_generations, baseline, unwritten)
 
 
 def _require_unused(values: Mapping[str, object], context: str) -> None:

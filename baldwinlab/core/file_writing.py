@@ -23,10 +23,11 @@ import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 from uuid import getnode, uuid4
 
 from baldwinlab.core.errors import RefusedError
@@ -53,8 +54,43 @@ MAX_AGE_OF_OTHER_MACHINES: Final = 24 * 3600
 OPEN_FLAGS: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
-def require_writable_path(path: Path) -> None:
-    """Raise RefusedError if a file cannot be written, before its content is computed."""
+class UnwrittenFile(NamedTuple):
+    """A file that could not be written."""
+
+    content: bytes
+    error: Exception
+
+
+class OptionalFiles(NamedTuple):
+    """The files that `write_atomically` skips if they cannot be written."""
+
+    folder: Path
+    page: Path  # File that is never skipped, also if it is in the folder.
+    unwritten: dict[Path, UnwrittenFile]
+
+
+_optional_files: Final = ContextVar[OptionalFiles | None]("optional_files", default=None)
+
+
+@contextmanager
+def skip_unwritable(folder: Path, page: Path) -> Iterator[dict[Path, UnwrittenFile]]:
+    """Skip the files in a folder, except for `page`, that cannot be written in this context.
+
+    Yields the skipped files by path.
+    """
+    optional_files = OptionalFiles(folder, page, {})
+    token = _optional_files.set(optional_files)
+    try:
+        yield optional_files.unwritten
+    finally:
+        _optional_files.reset(token)
+
+
+def require_writable_path(path: Path, alternative: str = "") -> None:
+    """Raise RefusedError if a file cannot be written, before its content is computed.
+
+    `alternative`: end of the last sentence of the message, such as ", or ...".
+    """
     if not is_local(path):
         return
     require_inside_study(path)
@@ -64,7 +100,7 @@ def require_writable_path(path: Path) -> None:
     if not (os.access(folder, os.W_OK) and os.access(existing_path, os.W_OK)):
         raise RefusedError(
             f"{path} cannot be written: {existing_path} is read-only. Copy the study to a folder "
-            "that can be written, and use the copy."
+            f"that can be written, and use the copy{alternative}."
         )
 
 
@@ -104,7 +140,25 @@ def _name_exclusively(partial_path: Path, path: Path) -> None:
 
 
 def write_atomically(path: Path, content: bytes | bytearray) -> Path:
-    """Write a file completely or not at all. Raise as `atomic_path` does."""
+    """Write a file completely or not at all.
+
+    Raise as `atomic_path` does, except for a file that `skip_unwritable` skips.
+    """
+    try:
+        _write_atomically(path, content)
+    except (OSError, RefusedError) as error:
+        optional_files = _optional_files.get()
+        if (
+            optional_files is None
+            or path == optional_files.page
+            or not path.is_relative_to(optional_files.folder)
+        ):
+            raise
+        optional_files.unwritten[path] = UnwrittenFile(bytes(content), error)
+    return path
+
+
+def _write_atomically(path: Path, content: bytes | bytearray) -> None:
     if is_local(path):
         with atomic_path(path) as partial_path, partial_path.open("wb") as file:
             file.write(content)
@@ -113,7 +167,6 @@ def write_atomically(path: Path, content: bytes | bytearray) -> Path:
             make_remote_folder(path.parent)
             # In remote storage a write is atomic, and a rename is not.
             path.write_bytes(content)
-    return path
 
 
 def write_json(path: Path, content: object) -> Path:
@@ -239,9 +292,9 @@ def _is_at(path: Path, handle: int) -> bool:
         return False
 
 
-def remove_file(path: Path) -> None:
-    """Remove a file of a study, if it exists. Raise RefusedError if it is outside of the study."""
-    require_inside_study(path)
+def remove_file(path: Path, folder: Path | None = None) -> None:
+    """Remove a file of a study, if it exists. Raise as `require_inside_study`."""
+    require_inside_study(path, folder)
     path.unlink(missing_ok=True)
 
 

@@ -162,12 +162,25 @@ def open_file(path: Path) -> IO[bytes]:
 def read_bytes(path: Path, kind: FileKind) -> bytes:
     """Return the content of a file. Raise ValueError if the file is too large or not regular."""
     with open_file(path) as file:
-        # `seek` returns the size. In remote storage, this saves the request for the properties.
-        size = file.seek(0, os.SEEK_END)
-        if size <= kind.max_bytes:
-            file.seek(0)
-            return file.read(size)
-    raise ValueError(f"it has {size:,} bytes, and {kind.name} may have at most {kind.max_bytes:,}")
+        size = _measure_size(file, kind)
+        file.seek(0)
+        return file.read(size)
+
+
+def require_size(path: Path, kind: FileKind) -> None:
+    """Raise ValueError if a file is too large or not regular, before it is sent in pieces."""
+    with open_file(path) as file:
+        _measure_size(file, kind)
+
+
+def _measure_size(file: IO[bytes], kind: FileKind) -> int:
+    # `seek` returns the size. In remote storage, this saves the request for the properties.
+    size = file.seek(0, os.SEEK_END)
+    if size > kind.max_bytes:
+        raise ValueError(
+            f"it has {size:,} bytes, and {kind.name} may have at most {kind.max_bytes:,}"
+        )
+    return size
 
 
 def read_text(path: Path, kind: FileKind) -> str:
@@ -181,6 +194,42 @@ def read_text(path: Path, kind: FileKind) -> str:
     except UnicodeDecodeError:
         raise ValueError("it is not UTF-8 text") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def list_names(folder: Path) -> dict[str, bool]:
+    """Return whether each entry of a folder is a file, by name. Raise OSError as `iterdir` does."""
+    if not is_local(folder):
+        # An object store has no folders.
+        return {path.name: True for path in folder.iterdir()}
+    # `scandir` is much faster than a path and a system call for each file.
+    with os.scandir(folder) as entries:
+        return {entry.name: entry.is_file() for entry in entries}
+
+
+def find_files(folder: Path, pattern: str) -> list[Path]:
+    """Return the sorted paths below a folder that match a pattern, such as "**/*.nc".
+
+    Links to folders are not followed. Without the folder, the list is empty.
+    """
+    return sorted(folder.glob(pattern))
+
+
+def walk_folders(root: Path) -> Iterator[tuple[Path, list[str], list[str]]]:
+    """Yield each folder, the sorted names of its folders, and the names of its files.
+
+    Hidden folders and links are not followed. The caller can remove names of folders to skip them.
+    """
+    for folder, subfolders, names in os.walk(root):
+        subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
+        yield Path(folder), subfolders, names
+
+
+def read_change_time(path: Path) -> int:
+    """Return the modification time of a file in nanoseconds, -1 if the file does not exist."""
+    try:
+        return path.stat().st_mtime_ns
+    except FileNotFoundError:
+        return -1
 
 
 def is_local(path: Path) -> bool:

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.lib.format as npy
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
@@ -114,10 +116,20 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
 
 
 def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
+    file = io.BytesIO(content)
     try:
+        is_short = npy.read_magic(file) == (1, 0)
+        read_header = npy.read_array_header_1_0 if is_short else npy.read_array_header_2_0
+        shape, _, dtype = read_header(file)
+        # A short file can declare an array that is larger than the memory.
+        n_bytes = math.prod(shape) * dtype.itemsize
+        if n_bytes > len(content):
+            raise ValueError(
+                f"its header declares {n_bytes:,} bytes, and the file has {len(content):,}"
+            )
         array = np.load(io.BytesIO(content), allow_pickle=False)
-    # A short file can declare an array that is larger than the memory.
-    except (OSError, ValueError, EOFError, MemoryError, OverflowError) as error:
+    # NumPy raises any kind of error for an invalid header.
+    except Exception as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None
     is_number = isinstance(array, np.ndarray) and array.dtype.kind in "fiu"
     if not is_number or array.ndim not in (1, 2, 3, 4) or 0 in array.shape:

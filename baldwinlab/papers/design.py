@@ -23,7 +23,13 @@ from baldwinlab.core.names import GRID_NAME
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.conditions import Factors
 from baldwinlab.experiment.toml import format_assignments
-from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
+from baldwinlab.papers.loading import (
+    DeclaredTable,
+    PaperError,
+    read_content,
+    read_tables,
+    validate_tables,
+)
 from baldwinlab.papers.paper import Paper
 
 DESIGN_FILE: Final = "design.toml"
@@ -193,7 +199,7 @@ def digest_files(paper: Paper, tuned: str) -> dict[str, str]:
     for name in ("claims.toml", TUNED_FILE):
         path = paper.folder / name
         if path.exists():
-            contents[name] = path.read_bytes()
+            contents[name] = read_content(path)
     return {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
 
 

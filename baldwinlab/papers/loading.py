@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
+from baldwinlab.core.files import PAPER_FILE, parse_toml, read_bytes, read_text
 from baldwinlab.core.names import describe_pattern
 
 
@@ -54,7 +54,15 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 def digest_folder(folder: Path, names: Iterable[str]) -> dict[str, str]:
     """Return the SHA-256 of files of a folder, by the name of the file."""
-    return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+    return {name: hashlib.sha256(read_content(folder / name)).hexdigest() for name in names}
+
+
+def read_content(path: Path) -> bytes:
+    """Return the bytes of a file of a paper. Raises PaperError."""
+    try:
+        return read_bytes(path, PAPER_FILE)
+    except (OSError, ValueError) as error:
+        raise PaperError(f"{path} cannot be read: {error}") from None
 
 
 def validate_tables(

@@ -17,6 +17,7 @@ from typing import Final, NamedTuple, Self
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.file_writing import remove_file
+from baldwinlab.core.files import list_names
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.records import encode_history
@@ -128,7 +129,7 @@ def read_stored_lengths(
             for run in requested_runs.intersection(file_runs):
                 index = run - file.first
                 stored[run] = StoredLength(int(counts[index]), bool(is_stopped[index]))
-    file_names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    file_names = list_names(folder) if folder.is_dir() else {}
     for run in requested_runs:
         path = checkpoint_path(directory, experiment.name, run)
         if path.name in file_names:

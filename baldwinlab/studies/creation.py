@@ -15,13 +15,15 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from baldwinlab.core.errors import InterruptedStudyError
-from baldwinlab.core.file_writing import write_atomically, write_exclusively
+from baldwinlab.core.file_writing import remove_file, write_atomically, write_exclusively
 from baldwinlab.core.files import (
     PARTIAL_SUFFIX,
     STUDY_FILE_NAME,
     enclosing_study,
+    find_files,
     is_local,
     is_study,
+    list_names,
     make_absolute,
     require_inside_study,
 )
@@ -53,6 +55,8 @@ HASH_PATTERN = re.compile("[0-9a-f]{64}")
 # Text for a setting that exists in only one of two compared experiments.
 NOT_SET = "not set"
 GENERATIONS_FIELD: Final = "evolution.generations"
+# Folders of a study before the first result.
+STUDY_FOLDERS: Final = ("runs", "parts", "inputs", "founders")
 
 RESULT_SUFFIXES: Final = (".nc", ".checkpoint", ".jsonl")
 """Suffixes of files with results of a simulation."""
@@ -174,14 +178,18 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
 
 def require_available(directory: Path) -> None:
     """Raise StudyError if a directory without a study holds files that belong to no study."""
-    entries = list(directory.iterdir()) if directory.exists() else []
-    if not all(map(_is_study_entry, entries)) and not is_study(directory):
+    names = list_names(directory) if directory.exists() else {}
+    is_available = all(_is_study_entry(directory / name) for name in names)
+    if not is_available and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
+    # Without study.toml, a write could follow a link out of the folder.
+    for name in STUDY_FOLDERS:
+        require_inside_study(directory / name / STUDY_FILE_NAME, directory)
 
 
 def _is_study_entry(entry: Path) -> bool:
     """Return whether an entry can belong to an unfinished study, or to a study in a subfolder."""
-    is_study_folder = entry.name in ("runs", "parts", "inputs", "founders")
+    is_study_folder = entry.name in STUDY_FOLDERS
     is_partial_file = entry.name.endswith(PARTIAL_SUFFIX)
     is_other_study = (entry / "runs").is_dir()
     return is_study_folder or is_partial_file or is_other_study
@@ -328,21 +336,17 @@ def remove_if_refused(directory: Path) -> Iterator[None]:
     if is_study(directory):
         yield
         return
-    before = set(_list_entries(directory))
+    before = set(find_files(directory, "**/*"))
     missing_folders = _list_missing_folders(directory)
     try:
         yield
     except InterruptedStudyError:
         raise
     except Exception:
-        added = [path for path in _list_entries(directory) if path not in before]
+        added = [path for path in find_files(directory, "**/*") if path not in before]
         if not any(_is_result(path.relative_to(directory)) for path in added):
-            _remove(added, missing_folders)
+            _remove(directory, added, missing_folders)
         raise
-
-
-def _list_entries(directory: Path) -> list[Path]:
-    return list(directory.rglob("*")) if directory.exists() else []
 
 
 def _list_missing_folders(directory: Path) -> list[Path]:
@@ -359,12 +363,12 @@ def _is_result(path: Path) -> bool:
     return is_running or (path.suffix in RESULT_SUFFIXES and not is_input)
 
 
-def _remove(added: list[Path], missing_folders: list[Path]) -> None:
+def _remove(directory: Path, added: list[Path], missing_folders: list[Path]) -> None:
     """Remove files, then the folders that are empty now, inner folders first."""
     folders = [path for path in added if path.is_dir()]
     for path in added:
         if path not in folders:
-            path.unlink(missing_ok=True)
+            remove_file(path, directory)
     for folder in (*sorted(folders, reverse=True), *missing_folders):
         # A folder is not empty if another process has written into it.
         with suppress(OSError):

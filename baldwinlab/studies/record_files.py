@@ -11,7 +11,6 @@ written again only into a file that has at most as many runs as the old file.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.files import is_local
+from baldwinlab.core.files import list_names
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.simulation.memory import MAX_RUNS_PER_FILE
 
@@ -82,21 +81,15 @@ def list_record_files(folder: Path) -> list[RecordFile]:
     the file would be ignored, or confused with another run.
     """
     try:
-        return [_parse_file(folder / name, is_file) for name, is_file in _list_names(folder)]
+        names = list_names(folder)
     except (FileNotFoundError, NotADirectoryError):
         return []
-
-
-def _list_names(folder: Path) -> list[tuple[str, bool]]:
-    """Return each name that ends in .nc, and whether it is a file: ("0007.nc", True)."""
-    if is_local(folder):
-        # `scandir` is much faster than a path and a system call for each file.
-        with os.scandir(folder) as entries:
-            names = [(entry.name, entry.is_file()) for entry in entries]
-    else:
-        names = [(path.name, True) for path in folder.iterdir()]
     # The names of temporary files start with a dot.
-    return [entry for entry in names if entry[0].endswith(".nc") and not entry[0].startswith(".")]
+    return [
+        _parse_file(folder / name, is_file)
+        for name, is_file in names.items()
+        if name.endswith(".nc") and not name.startswith(".")
+    ]
 
 
 def _parse_file(path: Path, is_file: bool) -> RecordFile:

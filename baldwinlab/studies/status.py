@@ -20,6 +20,7 @@ from baldwinlab._version import __version__
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import (
     RESULTS_FILE,
+    find_files,
     is_local,
     open_file,
     parse_json,
@@ -169,7 +170,7 @@ def _count_stored_runs(study: StudyStore, condition: str) -> StoredRunCounts:
     folder = condition_folder(study.directory, condition)
     faults = [
         f"{path} was damaged; its runs are missing unless they were simulated again"
-        for path in folder.glob("*.damaged")
+        for path in find_files(folder, "*.damaged")
     ]
     n_runs = n_complete = 0
     for file, runs in assign_runs(study.files(condition)):

@@ -43,6 +43,7 @@ from baldwinlab.core.files import (
     is_local,
     is_study,
     make_absolute,
+    open_file,
     parse_json,
     parse_toml,
     quote_path,
@@ -253,7 +254,8 @@ class StudyStore:
             path.replace(damaged)
         else:
             # An object store cannot rename an object.
-            write_atomically(damaged, path.read_bytes())
+            with open_file(path) as file:
+                write_atomically(damaged, file.read())
             remove_file(path)
         return damaged
 

@@ -21,6 +21,7 @@ from baldwinlab.core.file_writing import (
     atomic_path,
     identify_machine,
     remove_abandoned,
+    skip_unwritable,
     write_atomically,
 )
 
@@ -182,6 +183,23 @@ def test_a_full_disk_does_not_change_the_old_file_and_is_named(
     assert path.read_bytes() == b"old"
     # No temporary file remains.
     assert sorted(tmp_path.rglob("*")) == [tmp_path / "folder", path]
+
+
+def test_optional_files_are_skipped_and_all_others_raise(tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+    for name in ("table.csv", "page.html"):
+        (folder / name).mkdir(parents=True)
+    (tmp_path / "other.csv").mkdir()
+    with skip_unwritable(folder, folder / "page.html") as errors:
+        write_atomically(folder / "table.csv", b"content")
+        write_atomically(folder / "new.csv", b"content")
+        for path in (folder / "page.html", tmp_path / "other.csv"):
+            with pytest.raises(IsADirectoryError):
+                write_atomically(path, b"content")
+    assert list(errors) == [folder / "table.csv"]
+    assert (folder / "new.csv").read_bytes() == b"content"
+    with pytest.raises(IsADirectoryError):
+        write_atomically(folder / "table.csv", b"content")
 
 
 def test_a_pipe_or_a_device_is_refused_and_remains(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,27 @@ def test_a_file_with_other_content_is_refused_with_the_difference(
         write_file(path, content)
     with pytest.raises(RefusedError, match=message):
         require_founders(add_files((path, 1), experiment=bl.load(condition)), 1)
+
+
+@pytest.mark.parametrize("shape", [(10**12,), (10**6, 10**9), (200,), (10**400,)])
+def test_a_header_that_declares_more_than_the_file_is_refused_before_it_is_read(
+    monkeypatch: pytest.MonkeyPatch, shape: tuple[int, ...]
+) -> None:
+    file = io.BytesIO()
+    header = {"descr": "<f4", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, header)
+    file.write(bytes(200))
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("The array is not read."))
+    message = r"short\.npy is no genome file: its header declares [\d,]+ bytes, and the file has "
+    with pytest.raises(RefusedError, match=message):
+        decode_genomes(file.getvalue(), "short.npy")
+
+
+@pytest.mark.parametrize("header", [b"{'descr': (", b"[" * 5000, b"{1: 2, 'a': 3}", b"9" * 5000])
+def test_an_invalid_header_is_refused(header: bytes) -> None:
+    content = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    with pytest.raises(RefusedError, match=r"a\.npy is no genome file: "):
+        decode_genomes(content, "a.npy")
 
 
 def test_too_few_runs_are_refused(tmp_path: Path) -> None:

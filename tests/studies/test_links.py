@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -233,6 +234,19 @@ def test_a_read_only_study_is_refused_before_the_simulation(
     assert "is read-only. Copy the study to a folder that can be written" in error
     assert "the engine" not in result.stdout
     assert ".partial" not in result.stderr
+
+
+@needs_other_user
+def test_a_read_only_study_is_reported_in_another_folder(folder: Path) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o777)
+        page = Path(name) / "page.html"
+        result = run_as_user(folder, ["report", "study", "--out", str(page)])
+        assert result.returncode == 0
+        error = " ".join(result.stderr.split())
+        assert re.search(r"claims\.json and \d+ other files were not stored in study: ", error)
+        assert error.count("baldwinlab: ") == 1
+        assert "</html>" in page.read_text("utf-8")
 
 
 @needs_other_user

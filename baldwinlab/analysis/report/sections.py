@@ -8,7 +8,7 @@ from functools import cache
 from os.path import relpath
 from pathlib import Path
 from typing import Any, Final, NamedTuple
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from matplotlib.figure import Figure as Drawing
@@ -24,6 +24,7 @@ from baldwinlab.core.files import is_local
 
 FIGURE_PATTERN: Final = re.compile(r'<figure id="([^"]+)"')
 REFERENCE_PATTERN: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
+FILE_PATTERN: Final = re.compile(r'<a href="figures/([^"]+)">([^<]*</a> ?)')
 HEADING_PATTERN: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
 CONTENTS_PLACEHOLDER: Final = "<!-- contents -->"
 # Text in a figure with commands but without links. `complete_page` replaces this text.
@@ -107,7 +108,7 @@ def write_page(
 
 
 def complete_page(page: str, out: Path, figures: Path, watch: str = "") -> str:
-    """Return a page with its contents, numbered figures, and links to files and lifetimes.
+    """Return a page with its contents, numbered figures, and links to stored files and lifetimes.
 
     `out`: file that the page will be written to. Links are relative to this file. `watch`: HTML of
     the links to lifetimes, for figures with commands but without links.
@@ -122,7 +123,14 @@ def complete_page(page: str, out: Path, figures: Path, watch: str = "") -> str:
     page = REFERENCE_PATTERN.sub(number_reference, page)
     if is_local(out) and is_local(figures):
         folder = quote(Path(relpath(figures, out.parent)).as_posix())
-        page = page.replace('href="figures/', f'href="{folder}/')
+
+        def link_file(match: re.Match[str]) -> str:
+            name, rest = match.groups()
+            # In a folder that cannot be written, the file does not exist.
+            is_stored = (figures / unquote(name)).exists()
+            return f'<a href="{folder}/{name}">{rest}' if is_stored else ""
+
+        page = FILE_PATTERN.sub(link_file, page)
     page = page.replace(WATCH_PLACEHOLDER, watch)
     return page.replace(CONTENTS_PLACEHOLDER, _list_contents(page))
 

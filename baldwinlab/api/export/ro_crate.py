@@ -19,7 +19,7 @@ from baldwinlab.api.export.formats import ExportFormat, Option
 from baldwinlab.api.export.table import KEY_COLUMNS, StudyTable
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import is_local, require_writable, shorten_path
+from baldwinlab.core.files import is_local, list_names, require_writable, shorten_path
 from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.store import StudyStore
 
@@ -93,8 +93,8 @@ def write_crate(
         root["author"] = _unwrap_single(people)
     if study.paper:
         root["citation"] = _add_entity(crate, *_describe_article(study))
-    for entry in sorted(study.directory.iterdir()):
-        _add_entry(crate, entry)
+    for name in sorted(list_names(study.directory)):
+        _add_entry(crate, study.directory / name)
     root["mentions"] = _add_action(crate, study, runs, people)
     content = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
     write_atomically(crate_path, f"{content}\n".encode())

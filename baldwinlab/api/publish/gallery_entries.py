@@ -9,7 +9,7 @@ from pathlib import Path
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import is_local, is_study, quote_path
+from baldwinlab.core.files import is_local, is_study, list_names, quote_path
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.conditions import CONDITIONS
 from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
@@ -66,9 +66,9 @@ def holds_studies(folder: Path) -> bool:
 
 def _list_studies(folder: Path) -> list[Path]:
     """Return the directories of the studies in a folder."""
-    entries = sorted(folder.iterdir()) if folder.is_dir() else []
+    names = sorted(list_names(folder)) if folder.is_dir() else []
     # The study of a paper with stages is in a subfolder.
-    directories = [path for entry in entries for path in (entry, entry / CONFIRMATION_FOLDER)]
+    directories = [folder / name / part for name in names for part in ("", CONFIRMATION_FOLDER)]
     return [directory for directory in directories if directory.is_dir() and is_study(directory)]
 
 

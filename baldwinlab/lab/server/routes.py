@@ -21,7 +21,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from baldwinlab.core.files import REPORT_FILE, parse_json, read_text
+from baldwinlab.core.files import REPORT_FILE, parse_json, read_text, require_size
 from baldwinlab.lab import Lab
 from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.pages.downloads import Download
@@ -197,7 +197,7 @@ def _make_response(content: Any, media_type: str, status: HTTPStatus) -> Respons
     if isinstance(content, Response):
         return content
     if isinstance(content, Path):
-        return FileResponse(content)
+        return _respond_file(content)
     if isinstance(content, Download):
         headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(content.name)}"}
         return Response(content.content, media_type=content.media_type, headers=headers)
@@ -218,8 +218,17 @@ def _respond_report(lab: Lab, query: Mapping[str, str]) -> Response:
         return Response(page, headers=headers, media_type="text/html")
     if path.suffix in (".pdf", ".csv"):
         # A browser shows no PDF file in a sandbox, and a table is for other programs.
-        return FileResponse(path, headers=headers, filename=path.name)
-    return FileResponse(path, headers=headers)
+        return _respond_file(path, headers=headers, filename=path.name)
+    return _respond_file(path, headers=headers)
+
+
+def _respond_file(path: Path, **options: Any) -> FileResponse:
+    """Return a file as a response. Raise ValueError if it is too large or not regular."""
+    try:
+        require_size(path, REPORT_FILE)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path} cannot be read: {error}") from None
+    return FileResponse(path, **options)
 
 
 async def _read_body(request: Request, names: Collection[str]) -> dict[str, Any]:

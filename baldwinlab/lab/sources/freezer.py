@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -22,7 +21,15 @@ import numpy as np
 from baldwinlab.api.freezer import choose_experiment, encode_agents, read_genome_file
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import FREEZE_MARK, STUDY_FILE_NAME, enclosing_study, has_mark, is_study
+from baldwinlab.core.files import (
+    FREEZE_MARK,
+    STUDY_FILE_NAME,
+    enclosing_study,
+    has_mark,
+    is_study,
+    read_change_time,
+    walk_folders,
+)
 from baldwinlab.core.names import find_name_fault
 from baldwinlab.evolution import require_founders
 from baldwinlab.evolution.genome_file import describe_layout
@@ -79,8 +86,10 @@ def save_agents(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
             f"the file would have {len(content):,} bytes, and the lab writes at most"
             f" {MAX_FILE_BYTES:,}; use `baldwinlab freeze`"
         )
-    path.parent.mkdir(exist_ok=True)
-    write_atomically(path, content)
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        raise StudyError(f"{path} cannot be written: {error.strerror or error}") from None
     return describe_file(lab, path)
 
 
@@ -105,23 +114,22 @@ def _choose_path(root: Path, name: str) -> Path:
 
 def list_files(lab: Lab, query: Query) -> dict[str, Any]:
     """Return {"files": [DESCRIPTION, ...]} of the served folder, the newest file first."""
-    paths = sorted(_find_files(lab.root), key=lambda path: path.stat().st_mtime, reverse=True)
+    paths = sorted(_find_files(lab.root), key=read_change_time, reverse=True)
     return {"files": [describe_file(lab, path) for path in paths[:MAX_LISTED_FILES]]}
 
 
 def _find_files(root: Path) -> Iterator[Path]:
     """Yield the genome files of `baldwinlab freeze` outside studies. Links are not followed."""
-    for folder, subfolders, names in os.walk(root):
+    for folder, subfolders, names in walk_folders(root):
         if STUDY_FILE_NAME in names:
             subfolders.clear()
             continue
-        subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
-        for name in names:
-            path = Path(folder, name)
-            if path.suffix != SUFFIX or path.is_symlink() or not path.is_file():
+        for path in map(folder.joinpath, names):
+            if path.suffix != SUFFIX or path.is_symlink():
                 continue
-            # Another program can remove the file, and a file of another user can be unreadable.
-            with suppress(OSError):
+            # Another program can remove the file, and a file of another user can be unreadable. A
+            # device or a pipe is a ValueError.
+            with suppress(OSError, ValueError):
                 if path.stat().st_size <= MAX_FILE_BYTES and has_mark(path, FREEZE_MARK.encode()):
                     yield path
 
@@ -129,7 +137,7 @@ def _find_files(root: Path) -> Iterator[Path]:
 def describe_file(lab: Lab, path: Path) -> dict[str, Any]:
     """Return `name` and the entries of `_describe_content` of a genome file."""
     name = path.relative_to(lab.root).as_posix()
-    key = ("genome file", path, path.stat().st_mtime_ns)
+    key = ("genome file", path, read_change_time(path))
     return {"name": name, **json.loads(lab.cache.get(key, lambda: _describe_content(path)))}
 
 

@@ -6,7 +6,6 @@ results of the study, but it cannot simulate the lifetimes.
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
@@ -15,7 +14,14 @@ from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.core.errors import BaldwinLabError, PartError
-from baldwinlab.core.files import PART_FILE, quote_path, read_bytes
+from baldwinlab.core.files import (
+    PART_FILE,
+    STUDY_FILE_NAME,
+    quote_path,
+    read_bytes,
+    read_change_time,
+    walk_folders,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.sources.model_displays import read_alleles, read_views
@@ -24,6 +30,7 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import PartRecord, stored_source
 from baldwinlab.studies.sweeps import design as sweeps
 
+NANOSECONDS_PER_SECOND: Final = 1e9
 # One study per folder, with the identity of the `study.toml` that it was read from.
 _cache: Final = dict[Path, tuple[tuple[int, ...], StudyStore]]()
 
@@ -33,17 +40,13 @@ def list_study_names(root: Path) -> Iterator[str]:
 
     A link to a study is listed. Links to other folders are not followed.
     """
-    for folder, subfolders, files in os.walk(root):
-        if "study.toml" in files:
-            yield Path(folder).relative_to(root).as_posix()
-        links = [path for path in map(Path(folder).joinpath, subfolders) if path.is_symlink()]
-        for link in sorted(links):
-            if Path(link / "study.toml").is_file():
-                yield link.relative_to(root).as_posix()
-        # `os.walk` then visits exactly the folders in this list, in the order of the list.
-        subfolders[:] = sorted(
-            name for name in subfolders if name != "runs" and not name.startswith(".")
-        )
+    for folder, subfolders, files in walk_folders(root):
+        if STUDY_FILE_NAME in files:
+            yield folder.relative_to(root).as_posix()
+        for path in map(folder.joinpath, subfolders):
+            if path.is_symlink() and (path / STUDY_FILE_NAME).is_file():
+                yield path.relative_to(root).as_posix()
+        subfolders[:] = [name for name in subfolders if name != "runs"]
 
 
 def find_study(lab: Lab, name: str) -> StudyStore:
@@ -80,7 +83,8 @@ def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], 
     paths = tuple(paths)
     for path in paths:
         require_inside(root, path)
-    return tuple((path, path.stat().st_mtime_ns) for path in paths if path.exists())
+    times = [(path, read_change_time(path)) for path in paths]
+    return tuple((path, time) for path, time in times if time >= 0)
 
 
 def require_inside(root: Path, path: Path) -> None:
@@ -184,7 +188,7 @@ def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any
 def _find_last_change(study: StudyStore) -> float:
     """Return when the newest run of a study was stored, in seconds; 0 without a run."""
     paths = (file.path for name in study.experiments for file in study.files(name))
-    return max((path.stat().st_mtime for path in paths), default=0)
+    return max(map(read_change_time, paths), default=0) / NANOSECONDS_PER_SECOND
 
 
 def _summarize_condition(
