@@ -17,7 +17,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.numbers import COUNTS, INDICES, require_whole_number
-from baldwinlab.studies.status import format_incomplete_sentence
+from baldwinlab.studies.status import count_incomplete_runs, format_incomplete_counts
 from baldwinlab.studies.store import StudyStore
 
 
@@ -103,9 +103,12 @@ def write_export(
     require_options(formats, format, path, options)
     if format.library:
         require_library(format.library, format.extra, f"--format {format.name}")
+    n_incomplete = 0
     if isinstance(source, StudyStore):
-        console.warn_if_any(format_incomplete_sentence(source))
-    return format.write(source, path, force=force, **options)
+        n_incomplete, n_stored = count_incomplete_runs(source)
+        console.warn_if_any(format_incomplete_counts(source, n_incomplete, n_stored))
+    text = format.write(source, path, force=force, **options)
+    return f"{text}; incomplete runs: {n_incomplete:,}" if n_incomplete else text
 
 
 def require_options(
