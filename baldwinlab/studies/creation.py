@@ -290,14 +290,6 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
 
 def extend_experiments(study: StudyStore, generations: int) -> dict[str, Experiment]:
     """Return the conditions of a study with more generations. Raise as `extend_study`."""
-    _require_extendable(study, generations)
-    return {
-        name: experiment.replace(evolution={"generations": generations})
-        for name, experiment in study.experiments.items()
-    }
-
-
-def _require_extendable(study: StudyStore, generations: int) -> None:
     if study.kind != CONDITIONS:
         raise StudyError(
             f"{study.location} is a {study.kind}, and only a study of conditions can be extended"
@@ -311,6 +303,10 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
                 f"the generations of {name} in {study.location}: "
                 "an extension removes no generation"
             )
+    return {
+        name: experiment.replace(evolution={"generations": generations})
+        for name, experiment in study.experiments.items()
+    }
 
 
 def _add_change(study: StudyStore, change: str) -> None:

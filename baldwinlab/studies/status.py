@@ -201,25 +201,16 @@ def require_complete_runs(study: StudyStore) -> None:
         raise StudyError(sentence)
 
 
-def count_incomplete_runs(study: StudyStore) -> tuple[int, int]:
-    """Return the number of the stored runs that are not complete, and of all stored runs."""
+def format_incomplete_sentence(study: StudyStore) -> str:
+    """Return a sentence about the stored runs that are not complete, "" if all are complete."""
     counts = [
         count_stored_runs(study.directory, experiment, study.seed)
         for experiment in study.experiments.values()
     ]
     n_incomplete = sum(count.incomplete for count in counts)
-    return n_incomplete, n_incomplete + sum(count.complete for count in counts)
-
-
-def format_incomplete_sentence(study: StudyStore) -> str:
-    """Return a sentence about the stored runs that are not complete, "" if all are complete."""
-    return format_incomplete_counts(study, *count_incomplete_runs(study))
-
-
-def format_incomplete_counts(study: StudyStore, n_incomplete: int, n_stored: int) -> str:
-    """Return the sentence for the numbers of `count_incomplete_runs`."""
     if not n_incomplete:
         return ""
+    n_stored = n_incomplete + sum(count.complete for count in counts)
     return (
         f"{n_incomplete:,} of {format_count(n_stored, 'stored run')} have fewer generations than "
         f"{study.location}, or cannot be read. "

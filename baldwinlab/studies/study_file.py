@@ -149,18 +149,9 @@ def describe_changes(changes: Sequence[str]) -> str:
 def format_study(content: StudyFile) -> str:
     """Return the text of `study.toml`."""
     # A TOML library takes a minute for thousands of conditions. JSON strings are valid TOML.
-    lines = [
-        f"format = {STUDY_FORMAT}",
-        f'kind = "{content.kind}"',
-        f"seed = {content.seed}",
-        f"conditions = {json.dumps(content.conditions)}",
-    ]
-    if content.paper:
-        lines.append(f"paper = {json.dumps(content.paper)}")
-    if content.changes:
-        lines.append(f"changes = {json.dumps(content.changes)}")
-    if content.first_run:
-        lines.append(f"first_run = {content.first_run}")
+    values = content.model_dump(exclude={"parts", "factors"}, exclude_defaults=True)
+    lines = [f"format = {STUDY_FORMAT}"]
+    lines += [f"{key} = {json.dumps(value)}" for key, value in values.items()]
     for part in content.parts:
         lines += ["[[parts]]", *(f'{key} = "{value}"' for key, value in part)]
     lines += ["", "[factors]"]
@@ -198,14 +189,17 @@ def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None
         for _, table in iterate_file_tables(experiment.to_dict()):
             path = directory / table["path"]
             content = File(path=table["path"], sha256=table["sha256"]).read()
-            require_inside_study(path, directory)
-            try:
-                write_exclusively(path, content)
-            except FileExistsError:
-                raise StudyError(
-                    f"{path} is there already and holds something else; choose another --out"
-                ) from None
+            _write_copy(directory, path, content)
             remember_path(table["sha256"], path)
+
+
+def _write_copy(directory: Path, path: Path, content: bytes) -> None:
+    """Write a file into a study. Raises StudyError if the file has other content."""
+    require_inside_study(path, directory)
+    try:
+        write_exclusively(path, content)
+    except FileExistsError:
+        raise StudyError(f"{path} exists with other content; choose another --out") from None
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
@@ -226,16 +220,10 @@ def stored_source(directory: Path, kind: str, name: str) -> Path:
 
 
 def save_sources(directory: Path, sources: Sequence[Source]) -> None:
-    """Write the sources of parts into a study. Raises PartError if a file differs."""
+    """Write the sources of parts into a study. Raises StudyError if a file differs."""
     for source in sources:
         path = stored_source(directory, source.kind, source.name)
-        require_inside_study(path, directory)
-        try:
-            write_exclusively(path, source.text.encode())
-        except FileExistsError:
-            raise PartError(
-                f"{path} is there already and holds another part; choose another --out"
-            ) from None
+        _write_copy(directory, path, source.text.encode())
 
 
 def require_same_parts(

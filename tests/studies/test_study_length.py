@@ -159,7 +159,7 @@ def test_incomplete_runs_are_named_where_runs_are_read(
         Study(extended).assay("innate")
     with errors.capture() as messages:
         text = write_export(formats, formats["csv"], extended, tmp_path / "a.csv", {}, force=False)
-        assert text.endswith("a.csv: 2 runs; incomplete runs: 1")
+        assert text.endswith("a.csv: 2 runs; the study has incomplete runs")
         Study(extended).data()
         count_stored_runs = Mock(wraps=status.count_stored_runs)
         monkeypatch.setattr(status, "count_stored_runs", count_stored_runs)

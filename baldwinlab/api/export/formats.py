@@ -17,7 +17,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.numbers import COUNTS, INDICES, require_whole_number
-from baldwinlab.studies.status import count_incomplete_runs, format_incomplete_counts
+from baldwinlab.studies.status import format_incomplete_sentence
 from baldwinlab.studies.store import StudyStore
 
 
@@ -103,12 +103,10 @@ def write_export(
     require_options(formats, format, path, options)
     if format.library:
         require_library(format.library, format.extra, f"--format {format.name}")
-    n_incomplete = 0
-    if isinstance(source, StudyStore):
-        n_incomplete, n_stored = count_incomplete_runs(source)
-        console.warn_if_any(format_incomplete_counts(source, n_incomplete, n_stored))
+    sentence = format_incomplete_sentence(source) if isinstance(source, StudyStore) else ""
+    console.warn_if_any(sentence)
     text = format.write(source, path, force=force, **options)
-    return f"{text}; incomplete runs: {n_incomplete:,}" if n_incomplete else text
+    return f"{text}; the study has incomplete runs" if sentence else text
 
 
 def require_options(
