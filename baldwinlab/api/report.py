@@ -30,7 +30,7 @@ from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE, SWEEP
 from baldwinlab.papers import Paper, PaperError, load, load_stored_paper, require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.studies.open import format_sample_sentence, open_sample
-from baldwinlab.studies.status import CLAIMS_FILE, format_incomplete_sentence
+from baldwinlab.studies.status import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
 
@@ -62,7 +62,7 @@ def report(
     plan = plan_report(study, page, last, baseline, paper)
     require_resources(f"the report of {study.location}", required_memory(plan), force=force)
     study.remove_abandoned_files()
-    console.warn_if_any(format_incomplete_sentence(study))
+    console.warn_if_any(plan.incomplete)
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
     elif study.kind == SWEEP:

@@ -16,7 +16,6 @@ from baldwinlab.core.console import FitnessCurves
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, RefusedError
 from baldwinlab.core.file_writing import require_writable_path, write_atomically
-from baldwinlab.core.files import is_study
 from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, format_count, require_whole_number
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.evolution import require_founders
@@ -50,12 +49,15 @@ from baldwinlab.studies.executors import (
     describe_workers,
 )
 from baldwinlab.studies.open import format_sample_sentence, sample_runs
-from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.run_task import Callback
-from baldwinlab.studies.status import count_requested_runs, require_complete_runs
+from baldwinlab.studies.status import (
+    count_requested_runs,
+    count_stored_runs,
+    require_complete_runs,
+)
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study_length import hold_length, read_stored_generations
+from baldwinlab.studies.study_length import hold_length
 
 
 @dataclass(frozen=True)
@@ -236,16 +238,9 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
 
 def count_missing_runs(request: StudyRequest, experiment: Experiment) -> int:
     """Return the number of requested runs of a condition that are not stored completely."""
-    if not is_study(request.directory):
-        return request.runs
-    stored_generations = read_stored_generations(request.directory, experiment.name)
-    if stored_generations != experiment.evolution.generations:
-        # An extension writes all records again.
-        return request.runs
-    # The name of a file can have any number, so a set of the requested runs can fill the memory.
     runs = range(request.first_run, request.first_run + request.runs)
-    stored_runs = list_stored_runs(condition_folder(request.directory, experiment.name))
-    return len(runs) - sum(run in runs for run in stored_runs)
+    counts = count_stored_runs(request.directory, experiment, request.seed, runs)
+    return request.runs - counts.complete
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:

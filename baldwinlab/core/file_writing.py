@@ -179,30 +179,31 @@ def write_json(path: Path, content: object) -> Path:
 
 
 def write_exclusively(path: Path, content: bytes) -> None:
-    """Write a file that must not exist yet. One of several processes succeeds.
+    """Write a file, or raise FileExistsError if it exists with other content.
 
-    All other processes raise FileExistsError. Other errors are those of `atomic_path`. If remote
-    storage has no exclusive creation, the function reads the file after the write, and raises
-    FileExistsError if another process has overwritten the file.
+    Of several processes that write different contents, one succeeds. Other errors are those of
+    `atomic_path`. If remote storage has no exclusive creation, the function reads the file after
+    the write, so that it detects another process that has overwritten the file.
     """
     if is_local(path):
-        with atomic_path(path, exclusive=True) as partial_path, partial_path.open("wb") as file:
+        with (
+            suppress(FileExistsError),
+            atomic_path(path, exclusive=True) as partial_path,
+            partial_path.open("wb") as file,
+        ):
             file.write(content)
-        return
-    conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
-    try:
+    else:
         make_remote_folder(path.parent)
-        with path.open("xb") as file:
-            file.write(content)
-    except FileExistsError:
-        raise conflict from None
-    except (ValueError, NotImplementedError):
-        # The storage has no exclusive creation.
-        if path.exists():
-            raise conflict from None
-        write_atomically(path, content)
-        if path.read_bytes() != content:
-            raise conflict from None
+        try:
+            with suppress(FileExistsError), path.open("xb") as file:
+                file.write(content)
+        except (ValueError, NotImplementedError):
+            # The storage has no exclusive creation.
+            if not path.exists():
+                write_atomically(path, content)
+    is_same_size = path.is_file() and path.stat().st_size == len(content)
+    if not (is_same_size and path.read_bytes() == content):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
 
 
 def append_line(path: Path, line: str, kind: FileKind) -> None:

@@ -8,7 +8,7 @@ import threading
 import traceback
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -79,7 +79,10 @@ def _restore_process() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    folder = Path.cwd()
+    folder: Path | None = None
+    # The working directory can be removed, before or during the context.
+    with suppress(FileNotFoundError):
+        folder = Path.cwd()
     random_state = np.random.get_state()  # noqa: NPY002
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -90,4 +93,6 @@ def _restore_process() -> Iterator[None]:
             if signal.getsignal(number) is not handler:
                 signal.signal(number, handler)
         np.random.set_state(random_state)  # noqa: NPY002
-        os.chdir(folder)
+        if folder:
+            with suppress(FileNotFoundError):
+                os.chdir(folder)

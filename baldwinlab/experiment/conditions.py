@@ -20,7 +20,6 @@ StudyKind = Literal["conditions", "sweep", "multiverse"]
 CONDITIONS: Final[StudyKind] = "conditions"
 SWEEP: Final[StudyKind] = "sweep"
 MULTIVERSE: Final[StudyKind] = "multiverse"
-STUDY_KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
 # Name of a map that is not of a paper. A second one is "your map 2".
 YOUR_MAP: Final = "your map"
 

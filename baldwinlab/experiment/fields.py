@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from datetime import date, time
 from html import escape
 from pathlib import PurePath
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError, PydanticUndefined
@@ -189,7 +189,7 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
         # Pydantic's message names a tuple, but files and the lab have lists.
         message = "input should be a list"
     if fault["type"] == "extra_forbidden":
-        names = ", ".join(_find_table(fault["loc"], model).model_fields)
+        names = ", ".join(_find_fields(fault["loc"], model))
         return f"{path}: there is no such field; there are: {names}"
     if fault["type"] == "missing":
         return f"{path}: is missing"
@@ -218,20 +218,22 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
 
 
 def _find_description(location: Sequence[str | int], model: Any) -> str:
-    fields = _find_table(location, model).model_fields
+    fields = _find_fields(location, model)
     # The location of an entry of a list ends with an index, which is not in `fields`.
     return (fields[location[-1]].description or "") if location[-1] in fields else ""
 
 
-def _find_table(location: Sequence[str | int], model: Any) -> Any:
+def _find_fields(location: Sequence[str | int], model: Any) -> Any:
+    """Return the fields of the table with the last key of a location. Other values have none."""
     *steps, _ = location
     for step in steps:
-        # An integer is the index of a table in a tuple. All tables of a tuple have one class.
-        if isinstance(step, str):
-            annotation = model.model_fields[step].annotation
-            entry_types = getattr(annotation, "__args__", ())
-            model = entry_types[0] if entry_types else annotation
-    return model
+        fields = getattr(model, "model_fields", {})
+        # Other steps are indices of a tuple or keys of a dictionary, whose tables have one class.
+        if step in fields:
+            annotation = fields[step].annotation
+            entry_types = getattr(annotation, "__args__", (annotation,))
+            model = entry_types[1] if get_origin(annotation) is dict else entry_types[0]
+    return getattr(model, "model_fields", getattr(model, "_fields", ()))
 
 
 class Row(NamedTuple):

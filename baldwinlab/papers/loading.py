@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, fie
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import PAPER_FILE, parse_toml, read_bytes, read_text
-from baldwinlab.core.names import describe_pattern
+from baldwinlab.experiment.fields import format_validation_error
 
 
 class PaperError(BaldwinLabError, ValueError):
@@ -75,21 +75,13 @@ def validate_tables(
     try:
         return model.model_validate(tree, context=context)
     except ValidationError as error:
-        raise PaperError(f"{path}: {_format_error(error)}") from None
+        raise PaperError(f"{path}: {_format_error(error, model)}") from None
 
 
-def _format_error(error: ValidationError) -> str:
+def _format_error(error: ValidationError, model: type[BaseModel]) -> str:
     fault = error.errors()[0]
-    key = ".".join(map(str, fault["loc"]))
-    message = fault["msg"].removeprefix("Value error, ")
-    if fault["type"] == "missing":
-        return f"{key} is missing"
-    if fault["type"] == "extra_forbidden":
-        return f"{key}: there is no such key"
-    if fault["type"] == "tuple_type":
-        message = "input should be a list"
-    if fault["type"] == "string_pattern_mismatch":
-        message = describe_pattern(fault["ctx"]["pattern"])
-    if not key or fault["type"] == "value_error":
-        return f"{key}: {message}" if key else message
-    return f"{key} = {fault['input']!r}: {message[0].lower()}{message[1:]}"
+    if fault["loc"] and fault["type"] == "value_error":
+        # The message of a validator already contains the value.
+        message = fault["msg"].removeprefix("Value error, ")
+        return f"{'.'.join(map(str, fault['loc']))}: {message}"
+    return format_validation_error(error, model).splitlines()[0]

@@ -253,7 +253,6 @@ def estimate_runs(
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
         return NO_NEED
-    runs_per_worker = max(1, total_runs // workers)
     tasks = []
     for experiment, n_runs in planned:
         if n_runs:
@@ -270,8 +269,9 @@ def estimate_runs(
     header_bytes = HEADER_BYTES + len(to_toml(first_experiment).encode())
     disk = 0
     for experiment, n_runs in planned:
-        runs_of_file = min(runs_per_file(experiment), runs_per_worker)
-        n_files = n_runs if runs_of_file < MIN_RUNS_PER_BATCH else math.ceil(n_runs / runs_of_file)
+        # A few runs have a file each.
+        runs_of_file = runs_per_file(experiment) if n_runs >= MIN_RUNS_PER_BATCH else 1
+        n_files = math.ceil(n_runs / runs_of_file)
         disk += n_runs * record_bytes(experiment) + n_files * header_bytes
         # A study also stores each experiment in a separate file.
         disk += header_bytes

@@ -37,6 +37,8 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, read_experiment
 from baldwinlab.studies.study_file import (
     INPUT_FOLDER,
+    PartRecord,
+    StudyFile,
     add_checksum,
     collect_sources,
     format_study,
@@ -99,20 +101,23 @@ def create_study(
         sources = collect_sources(experiments)
         for experiment in experiments:
             require_files(experiment, where="")
-        text = add_checksum(
-            format_study(
-                names,
-                seed,
-                kind,
-                factors=factors,
-                paper=paper,
-                changes=changes,
-                sources=sources,
-                first_run=first_run,
-            )
+        # The points of a sweep have no factors.
+        names_with_factors = () if kind == SWEEP else names
+        content = StudyFile(
+            kind=kind,
+            seed=seed,
+            conditions=tuple(names),
+            paper=paper,
+            changes=tuple(changes),
+            first_run=first_run,
+            parts=tuple(
+                PartRecord(kind=source.kind, name=source.name, sha256=source.sha256)
+                for source in sources
+            ),
+            factors={name: _complete_factors(name, factors) for name in names_with_factors},
         )
         try:
-            is_new = _write_study(directory, name_copies(experiments), sources, text)
+            is_new = _write_study(directory, name_copies(experiments), sources, content)
         except OSError as error:
             raise StudyError(
                 f"{error.filename or directory} cannot be written: {error.strerror or error}"
@@ -127,6 +132,12 @@ def create_study(
                 f"not {first_run}; choose another --out"
             )
     return study
+
+
+def _complete_factors(name: str, factors: Mapping[str, Factors]) -> Factors:
+    """Return the factors of a condition, with its name as the default learner."""
+    condition_factors = factors.get(name, Factors())
+    return condition_factors._replace(learner=condition_factors.learner or name)
 
 
 def _require_portable_names(names: Sequence[str]) -> None:
@@ -145,9 +156,12 @@ def _require_portable_names(names: Sequence[str]) -> None:
 
 
 def _write_study(
-    directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str
+    directory: Path,
+    experiments: Sequence[Experiment],
+    sources: Sequence[Source],
+    content: StudyFile,
 ) -> bool:
-    """Write a new study. Return False if another process has written `study.toml` first."""
+    """Write a new study. Return False if another process has written another one first."""
     require_available(directory)
     # Two processes may create different studies here at the same time. Both write the conditions in
     # alphabetical order, so the slower process finds a different file and raises an error.
@@ -157,7 +171,7 @@ def _write_study(
         _write_experiment(directory, experiment)
     save_sources(directory, sources)
     try:
-        write_exclusively(directory / STUDY_FILE_NAME, text.encode())
+        write_exclusively(directory / STUDY_FILE_NAME, format_study(content).encode())
     except FileExistsError:
         return False
     return True
@@ -278,20 +292,12 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
             path = study.directory / "runs" / name / "experiment.toml"
             write_atomically(path, add_checksum(to_toml(experiment)).encode())
         if study.paper:
-            _add_change(study, extended, f"{GENERATIONS_FIELD}={generations}")
+            _add_change(study, f"{GENERATIONS_FIELD}={generations}")
     return StudyStore(study.directory)
 
 
 def extend_experiments(study: StudyStore, generations: int) -> dict[str, Experiment]:
     """Return the conditions of a study with more generations. Raise as `extend_study`."""
-    _require_extendable(study, generations)
-    return {
-        name: experiment.replace(evolution={"generations": generations})
-        for name, experiment in study.experiments.items()
-    }
-
-
-def _require_extendable(study: StudyStore, generations: int) -> None:
     if study.kind != CONDITIONS:
         raise StudyError(
             f"{study.location} is a {study.kind}, and only a study of conditions can be extended"
@@ -305,24 +311,18 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
                 f"the generations of {name} in {study.location}: "
                 "an extension removes no generation"
             )
+    return {
+        name: experiment.replace(evolution={"generations": generations})
+        for name, experiment in study.experiments.items()
+    }
 
 
-def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
+def _add_change(study: StudyStore, change: str) -> None:
     """Record that the study of a paper has another number of generations than the paper."""
     # The new change replaces the change of an earlier extension.
     other_changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
-    sources = collect_sources(list(experiments.values()))
-    text = format_study(
-        list(experiments),
-        study.seed,
-        study.kind,
-        factors=study.factors,
-        paper=study.paper,
-        changes=[*other_changes, change],
-        sources=sources,
-        first_run=study.first_run,
-    )
-    write_atomically(study.directory / STUDY_FILE_NAME, add_checksum(text).encode())
+    content = study.content.model_copy(update={"changes": (*other_changes, change)})
+    write_atomically(study.directory / STUDY_FILE_NAME, format_study(content).encode())
 
 
 @contextmanager

@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -28,17 +29,19 @@ from baldwinlab.core.files import (
     read_text,
 )
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, stored_checksum
-from baldwinlab.core.numbers import format_count
+from baldwinlab.core.numbers import SEED_LIMIT, format_count
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.open import describe_sample
 from baldwinlab.studies.progress import ProcessProgress, compute_rate, read_progress
 from baldwinlab.studies.record_files import (
     RecordFile,
     assign_runs,
     condition_folder,
+    list_record_files,
     list_stored_runs,
 )
-from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.records import StudyError, read_lengths
 from baldwinlab.studies.store import INTERRUPTED, StudyStore
 
 CLAIMS_FILE: Final = "claims.json"
@@ -107,7 +110,7 @@ def read_status(study: StudyStore) -> StudyStatus:
     n_runs = _count_runs_of_condition(study, processes, last_session)
     done = {}
     for condition in study.experiments:
-        counts = _count_stored_runs(study, condition)
+        counts = count_stored_runs(study.directory, study.experiments[condition], study.seed)
         done[condition] = counts.complete
         failures += counts.faults
     missing = {condition: max(0, n_runs - count) for condition, count in done.items()}
@@ -164,19 +167,27 @@ class StoredRunCounts(NamedTuple):
     faults: list[str]  # A sentence for each damaged file.
 
 
-def _count_stored_runs(study: StudyStore, condition: str) -> StoredRunCounts:
-    """Count the stored runs of a condition. Checksums are not verified."""
-    generations = study.experiments[condition].evolution.generations
-    folder = condition_folder(study.directory, condition)
+def count_stored_runs(
+    directory: Path,
+    experiment: BaseExperiment,
+    seed: int,
+    requested_runs: Container[int] = range(SEED_LIMIT),
+) -> StoredRunCounts:
+    """Count those of the requested runs of a condition that are stored.
+
+    A run with fewer generations than `experiment` is incomplete. Checksums are not verified.
+    """
+    folder = condition_folder(directory, experiment.name)
     faults = [
         f"{path} was damaged; its runs are missing unless they were simulated again"
         for path in find_files(folder, "*.damaged")
     ]
     n_runs = n_complete = 0
-    for file, runs in assign_runs(study.files(condition)):
+    for file, stored_runs in assign_runs(list_record_files(folder)):
+        runs = [run for run in stored_runs if run in requested_runs]
         n_runs += len(runs)
         try:
-            is_complete = _read_completeness(study, condition, file, generations)
+            is_complete = _read_completeness(file, experiment, seed)
         # The reader raises any kind of error for invalid bytes.
         except Exception as error:
             faults.append(f"{file.path} cannot be read: {type(error).__name__}")
@@ -193,7 +204,10 @@ def require_complete_runs(study: StudyStore) -> None:
 
 def format_incomplete_sentence(study: StudyStore) -> str:
     """Return a sentence about the stored runs that are not complete, "" if all are complete."""
-    counts = [_count_stored_runs(study, condition) for condition in study.experiments]
+    counts = [
+        count_stored_runs(study.directory, experiment, study.seed)
+        for experiment in study.experiments.values()
+    ]
     n_incomplete = sum(count.incomplete for count in counts)
     if not n_incomplete:
         return ""
@@ -206,12 +220,13 @@ def format_incomplete_sentence(study: StudyStore) -> str:
 
 
 def _read_completeness(
-    study: StudyStore, condition: str, file: RecordFile, generations: int
+    file: RecordFile, experiment: BaseExperiment, seed: int
 ) -> npt.NDArray[np.bool_]:
     """Return whether each run of a file is complete. Of a local file, only a part is read."""
+    generations = experiment.evolution.generations
     is_complete: npt.NDArray[np.bool_]
     if not is_local(file.path):
-        lengths = study.lengths(condition, file)
+        lengths = read_lengths(file, experiment, seed)
         is_complete = (lengths.n_generations == generations) | lengths.is_stopped
         return is_complete
     with netcdf_file(str(file.path), mmap=True) as content:
@@ -227,14 +242,17 @@ def _read_completeness(
         return is_complete
 
 
-def provenance(study: StudyStore) -> dict[str, Any]:
-    """Return the seed, changes, sample, versions and computing time of a study for the report."""
+def provenance(study: StudyStore, incomplete: str) -> dict[str, Any]:
+    """Return the seed, changes, sample, versions and computing time of a study for the report.
+
+    `incomplete`: the result of `format_incomplete_sentence`, which reads all files.
+    """
     sessions = list(study.sessions())
     return {
         "seed": study.seed,
         "changed_model": study.changed_model,
         "sample": describe_sample(study),
-        "incomplete": format_incomplete_sentence(study),
+        "incomplete": incomplete,
         "versions": {
             "baldwinlab": __version__,
             "Python": platform.python_version(),

@@ -38,14 +38,11 @@ from baldwinlab.core.file_writing import (
 from baldwinlab.core.files import (
     EXPERIMENT_FILE,
     SESSIONS_FILE,
-    STUDY_FILE,
-    STUDY_FILE_NAME,
     is_local,
     is_study,
     make_absolute,
     open_file,
     parse_json,
-    parse_toml,
     quote_path,
     read_bytes,
     require_inside_study,
@@ -54,7 +51,7 @@ from baldwinlab.core.files import (
 from baldwinlab.core.names import suggest
 from baldwinlab.core.records import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.conditions import CONDITIONS
+from baldwinlab.experiment.conditions import CONDITIONS, Factors
 from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.worlds import name_maps
@@ -80,15 +77,10 @@ from baldwinlab.studies.records import (
 )
 from baldwinlab.studies.study_file import (
     describe_changes,
-    kind_and_factors,
-    read_changes,
-    read_first_run,
-    read_part_records,
+    read_study_file,
     read_text_of_study,
     require_checksum,
-    require_format,
     require_same_parts,
-    require_valid_contents,
 )
 
 SESSIONS_FILE_NAME = "sessions.jsonl"
@@ -112,6 +104,7 @@ class StudyStore:
     """An open study directory. `studies.creation.create_study` creates a new one.
 
     - `directory`: the directory of the study, as an absolute path.
+    - `content`: the content of `study.toml`, of which other attributes are parts.
     - `kind`: conditions, sweep or multiverse.
     - `experiments`, `factors`: experiment and factors of each condition, by name.
     - `parts`: third-party parts of the study.
@@ -123,26 +116,15 @@ class StudyStore:
         """Open the study. Raises StudyError if the directory holds no readable study."""
         # An absolute path remains valid if the process changes its working directory.
         self.directory = make_absolute(directory)
-        path = directory / STUDY_FILE_NAME
-        try:
-            text = read_text_of_study(path, STUDY_FILE)
-            content = parse_toml(text)
-            require_format(content)
-            self.seed: int = content["seed"]
-            names: list[str] = content["conditions"]
-            require_valid_contents(self.seed, names)
-            self.kind, self.factors = kind_and_factors(content)
-            require_checksum(text)
-            self.parts = read_part_records(content)
-            self.paper: str = content.get("paper", "")
-            self.changes = read_changes(content)
-            self.first_run = read_first_run(content)
-        except FileNotFoundError:
-            raise StudyError(f"{directory} holds no study: it has no study.toml") from None
-        except KeyError as error:
-            raise StudyError(f"{path} cannot be read: {error.args[0]} is missing") from None
-        except (OSError, ValueError, TypeError) as error:
-            raise StudyError(f"{path} cannot be read: {error}") from None
+        self.content = read_study_file(directory)
+        self.kind = self.content.kind
+        self.seed = self.content.seed
+        self.first_run = self.content.first_run
+        self.paper = self.content.paper
+        self.changes = self.content.changes
+        self.parts = self.content.parts
+        names = self.content.conditions
+        self.factors = {name: self.content.factors.get(name, Factors()) for name in names}
         self.experiments = {name: self._read_experiment(name) for name in names}
         # Points of a sweep have no factors, and the variants of a multiverse change the worlds.
         if self.kind == CONDITIONS:

@@ -19,19 +19,30 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from pydantic import Field, ValidationError, field_validator
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
-from baldwinlab.core.files import FileKind, is_local, quote_path, read_text, require_inside_study
+from baldwinlab.core.files import (
+    STUDY_FILE,
+    STUDY_FILE_NAME,
+    FileKind,
+    is_local,
+    parse_toml,
+    quote_path,
+    read_text,
+    require_inside_study,
+)
 from baldwinlab.core.names import CONDITION_NAME, read_stem
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import BaseExperiment, validate
 from baldwinlab.experiment.added_parts import custom_choices
-from baldwinlab.experiment.conditions import STUDY_KINDS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.conditions import Factors, StudyKind
+from baldwinlab.experiment.fields import Fields, format_validation_error
 from baldwinlab.experiment.file import File, iterate_file_tables, remember_path, require_files
 from baldwinlab.studies.record_files import StudyError
 
@@ -39,40 +50,68 @@ from baldwinlab.studies.record_files import StudyError
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-STUDY_FORMAT = 3
+STUDY_FORMAT: Final = 3
 _CHECKSUM_PREFIX = "# SHA-256 of the lines above, as they were when the study was made: "
 
 INPUT_FOLDER: Final = "inputs"
 NAME_DIGITS: Final = 8
 
 
-def require_format(content: Mapping[str, Any]) -> None:
-    """Raise ValueError if `study.toml` has a format that this version does not read."""
-    study_format = content.get("format")
-    if study_format != STUDY_FORMAT:
-        raise ValueError(
-            f"it has format {study_format!r}, and this version reads only format {STUDY_FORMAT}; "
-            "open it with the version that wrote it, or create the study again in another directory"
-        )
+# A seed, or the number of a run.
+_Index = Annotated[int, Field(strict=True, ge=0, lt=SEED_LIMIT)]
 
 
-def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, Factors]]:
-    """Return the kind of a study and the factors by condition. Raise KeyError or ValueError."""
-    kind = content["kind"]
-    tables = content["factors"]
-    if kind not in STUDY_KINDS:
-        raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
-    if not isinstance(tables, dict):
-        raise ValueError(f"factors = {tables!r} must be a table")
-    for name, table in tables.items():
-        if not isinstance(table, dict) or {*map(type, table.values())} - {str}:
-            raise ValueError(f"factors.{name} = {table!r} must be a table of texts")
-        if unknown_factors := set(table) - set(Factors._fields):
-            allowed = ", ".join(Factors._fields)
+class PartRecord(Fields):
+    """A third-party part of a study, as in `study.toml`."""
+
+    kind: str
+    name: str
+    sha256: str
+
+
+class StudyFile(Fields):
+    """The content of `study.toml` without its format and its checksum."""
+
+    kind: StudyKind
+    seed: _Index
+    conditions: tuple[Annotated[str, Field(pattern=CONDITION_NAME)], ...]
+    paper: str = ""  # Name of the reproduced paper, "" if the study has none.
+    changes: tuple[str, ...] = ()  # Assignments that changed the model of the paper.
+    first_run: _Index = 0
+    parts: tuple[PartRecord, ...] = ()
+    factors: dict[str, Factors]  # By condition. The points of a sweep have none.
+
+    @field_validator("conditions")
+    @classmethod
+    def _require_different_names(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        if not names or len(set(names)) < len(names):
+            raise ValueError("must be a list of at least one name, with each name once")
+        return names
+
+
+def read_study_file(directory: Path) -> StudyFile:
+    """Return the content of the `study.toml` of a study. Raises StudyError if it is invalid."""
+    path = directory / STUDY_FILE_NAME
+    try:
+        text = read_text_of_study(path, STUDY_FILE)
+        content = parse_toml(text)
+        study_format = content.pop("format", None)
+        if study_format != STUDY_FORMAT:
             raise ValueError(
-                f"factors.{name}: there is no factor {min(unknown_factors)!r}; there are {allowed}"
+                f"it has format {study_format!r}, and this version reads only format "
+                f"{STUDY_FORMAT}; open it with the version that wrote it, or create the study "
+                "again in another directory"
             )
-    return kind, {name: Factors(**tables.get(name, {})) for name in content["conditions"]}
+        study_file = StudyFile.model_validate(content)
+        require_checksum(text)
+    except FileNotFoundError:
+        raise StudyError(f"{directory} holds no study: it has no study.toml") from None
+    except ValidationError as error:
+        faults = format_validation_error(error, StudyFile)
+        raise StudyError(f"{path} cannot be read: {faults}") from None
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path} cannot be read: {error}") from None
+    return study_file
 
 
 def add_checksum(text: str) -> str:
@@ -100,43 +139,6 @@ def read_text_of_study(path: Path, kind: FileKind) -> str:
     return read_text(path, kind)
 
 
-def require_valid_contents(seed: Any, names: Any) -> None:
-    """Raise ValueError for an invalid seed, or for invalid names of conditions."""
-    _require_number("seed", seed)
-    if not isinstance(names, list) or not names:
-        raise ValueError(f"conditions = {names!r} must be a list of at least one name")
-    for name in names:
-        if not isinstance(name, str) or not re.match(CONDITION_NAME, name):
-            raise ValueError(f"conditions: {name!r} is no name of a condition")
-    if len(set(names)) < len(names):
-        raise ValueError("conditions: a name is listed twice; list each name once")
-
-
-def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the assignments that changed the model of the paper, or raise ValueError."""
-    changes = content.get("changes", [])
-    if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
-        raise ValueError(
-            f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"'
-        )
-    return tuple(changes)
-
-
-def read_first_run(content: Mapping[str, Any]) -> int:
-    """Return the number of the first run, by default 0. Raises ValueError if it is invalid."""
-    first_run: int = content.get("first_run", 0)
-    _require_number("first_run", first_run)
-    return first_run
-
-
-def _require_number(name: str, value: Any) -> None:
-    """Raise ValueError unless a value is valid as a seed and as the number of a run."""
-    if type(value) is not int or not 0 <= value < SEED_LIMIT:
-        raise ValueError(
-            f"{name} = {value!r} must be a whole number, at least 0 and less than {SEED_LIMIT}"
-        )
-
-
 def describe_changes(changes: Sequence[str]) -> str:
     """Return a sentence about the changes of the model of a paper; "" without changes."""
     if not changes:
@@ -144,43 +146,21 @@ def describe_changes(changes: Sequence[str]) -> str:
     return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
 
 
-def format_study(
-    names: Sequence[str],
-    seed: int,
-    kind: StudyKind,
-    *,
-    factors: Mapping[str, Factors],
-    paper: str,
-    changes: Sequence[str],
-    sources: Sequence[Source],
-    first_run: int = 0,
-) -> str:
+def format_study(content: StudyFile) -> str:
     """Return the text of `study.toml`."""
     # A TOML library takes a minute for thousands of conditions. JSON strings are valid TOML.
-    lines = [
-        f"format = {STUDY_FORMAT}",
-        f'kind = "{kind}"',
-        f"seed = {seed}",
-        f"conditions = {json.dumps(names)}",
-    ]
-    if paper:
-        lines.append(f"paper = {json.dumps(paper)}")
-    if changes:
-        lines.append(f"changes = {json.dumps(list(changes))}")
-    if first_run:
-        lines.append(f"first_run = {first_run}")
-    lines += [*format_toml(sources), "", "[factors]"]
-    # The points of a sweep have no factors.
-    names_with_factors = () if kind == SWEEP else names
-    for name in names_with_factors:
-        condition_factors = factors.get(name, Factors())
-        if not condition_factors.learner:
-            condition_factors = condition_factors._replace(learner=name)
+    values = content.model_dump(exclude={"parts", "factors"}, exclude_defaults=True)
+    lines = [f"format = {STUDY_FORMAT}"]
+    lines += [f"{key} = {json.dumps(value)}" for key, value in values.items()]
+    for part in content.parts:
+        lines += ["[[parts]]", *(f'{key} = "{value}"' for key, value in part)]
+    lines += ["", "[factors]"]
+    for name, condition_factors in content.factors.items():
         lines.append(f'[factors."{name}"]')
         for key, value in condition_factors._asdict().items():
             if value:
                 lines.append(f"{key} = {json.dumps(value)}")
-    return "".join(f"{line}\n" for line in lines)
+    return add_checksum("".join(f"{line}\n" for line in lines))
 
 
 def name_copies(experiments: Sequence[BaseExperiment]) -> list[Any]:
@@ -209,42 +189,17 @@ def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None
         for _, table in iterate_file_tables(experiment.to_dict()):
             path = directory / table["path"]
             content = File(path=table["path"], sha256=table["sha256"]).read()
-            if not _write_new(directory, path, content):
-                raise StudyError(
-                    f"{path} is there already and holds something else; choose another --out"
-                )
+            _write_copy(directory, path, content)
             remember_path(table["sha256"], path)
 
 
-def _write_new(directory: Path, path: Path, content: bytes) -> bool:
-    """Write a file into a study. Return False if a file with other content exists already."""
+def _write_copy(directory: Path, path: Path, content: bytes) -> None:
+    """Write a file into a study. Raises StudyError if the file has other content."""
     require_inside_study(path, directory)
     try:
         write_exclusively(path, content)
     except FileExistsError:
-        return path.stat().st_size == len(content) and path.read_bytes() == content
-    return True
-
-
-class PartRecord(NamedTuple):
-    """A third-party part of a study, as in `study.toml`."""
-
-    kind: str
-    name: str
-    sha256: str
-
-
-def read_part_records(content: Mapping[str, Any]) -> tuple[PartRecord, ...]:
-    """Return the parts in the content of `study.toml`, or raise ValueError."""
-    parts = content.get("parts", [])
-    try:
-        return tuple(
-            PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"])) for part in parts
-        )
-    except (TypeError, KeyError):
-        raise ValueError(
-            f"parts = {parts!r} must be tables [[parts]], each with kind, name and sha256"
-        ) from None
+        raise StudyError(f"{path} exists with other content; choose another --out") from None
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
@@ -265,24 +220,10 @@ def stored_source(directory: Path, kind: str, name: str) -> Path:
 
 
 def save_sources(directory: Path, sources: Sequence[Source]) -> None:
-    """Write the sources of parts into a study. Raises PartError if a file differs."""
+    """Write the sources of parts into a study. Raises StudyError if a file differs."""
     for source in sources:
         path = stored_source(directory, source.kind, source.name)
-        if not _write_new(directory, path, source.text.encode()):
-            raise PartError(f"{path} is there already and holds another part; choose another --out")
-
-
-def format_toml(sources: Sequence[Source]) -> list[str]:
-    """Return the lines about parts in `study.toml`."""
-    lines: list[str] = []
-    for source in sources:
-        lines += [
-            "[[parts]]",
-            f'kind = "{source.kind}"',
-            f'name = "{source.name}"',
-            f'sha256 = "{source.sha256}"',
-        ]
-    return lines
+        _write_copy(directory, path, source.text.encode())
 
 
 def require_same_parts(

@@ -74,7 +74,7 @@ def _require_unchanged(study: StudyStore) -> None:
         require_same_length(study.directory, experiment)
 
 
-def read_stored_generations(directory: Path, condition: str) -> int | None:
+def _read_stored_generations(directory: Path, condition: str) -> int | None:
     """Return the number of generations in the stored experiment of a condition; None if unknown."""
     path = condition_folder(directory, condition) / "experiment.toml"
     try:
@@ -85,7 +85,7 @@ def read_stored_generations(directory: Path, condition: str) -> int | None:
 
 def require_same_length(directory: Path, experiment: BaseExperiment) -> None:
     """Raise StudyError if the stored condition has another number of generations."""
-    stored = read_stored_generations(directory, experiment.name)
+    stored = _read_stored_generations(directory, experiment.name)
     if stored not in (None, experiment.evolution.generations):
         raise StudyError(
             f"another process has changed the number of generations of {experiment.name} in "

@@ -64,12 +64,12 @@ def test_names_with_special_characters_are_stored(tmp_path: Path) -> None:
         (
             'kind = "conditions"',
             'kind = "parade"',
-            "kind = 'parade' must be one of conditions, sweep, multiverse",
+            "kind = 'parade': input should be 'conditions', 'sweep' or 'multiverse'",
         ),
         (
             'learner = "mine"',
             'moon = "full"',
-            "factors.mine: there is no factor 'moon'; there are learner, map, variant",
+            "factors.mine.moon: there is no such field; there are: learner, map, variant",
         ),
     ],
 )

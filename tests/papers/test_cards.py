@@ -55,7 +55,7 @@ def test_a_custom_paper_can_have_a_card(tmp_path: Path) -> None:
     [
         ("taught/near", "taught/nea", "card.toml: try names a preset 'taught/nea'"),
         ("learning.rate", "learning.pace", "card.toml: try: learning.pace"),
-        ("notice", "remark", "card.toml: notice is missing"),
+        ("notice", "remark", "card.toml: notice: is missing"),
     ],
 )
 def test_a_wrong_card_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -166,6 +166,6 @@ def test_a_study_with_invalid_changes_is_refused(paper: str, tmp_path: Path) -> 
     facts.write_text(add_checksum(text.replace("seed = 0", "seed = 0\nchanges = 3")))
     with pytest.raises(
         bl.StudyError,
-        match=r"study\.toml cannot be read: changes = 3 must be a list of assignments",
+        match=r"study\.toml cannot be read: changes = 3: input should be a list",
     ):
         StudyStore(study.directory)

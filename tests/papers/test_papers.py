@@ -172,8 +172,8 @@ NO_FIELD = "there is no such field"
 # By file: a text of it or "" for its end, the new text, and the message without the file.
 INVALID = {
     "paper.toml": [
-        ("year = 2026\n", "", "year is missing"),
-        ("", "pages = 8\n", "pages: there is no such key"),
+        ("year = 2026\n", "", "year: is missing"),
+        ("", "pages = 8\n", "pages: there is no such field; there are: name, "),
         ("", 'maps = ["nera"]\n', "maps 'nera', which does not exist (did you mean 'near'?)"),
         ("", 'emergence = "taught"\n', "emergence 'taught', which does not exist"),
         ('"tiny"', '"le-2019"', "name 'le-2019' is that of a paper of baldwinlab"),
@@ -196,7 +196,7 @@ INVALID = {
         ("taught/near", "taugt/near", "T1 names a condition 'taugt/near', which does not exist"),
         ('"mean"', '"weight"', "T1: a measure of plain/near 'weight', which does not exist"),
         (GREATER, 'rule = "wins"\npaper', "claims.0.rule: 'wins' is not a rule; allowed are great"),
-        (GREATER, "paper", "claims.0.comparisons.0.rule is missing"),
+        (GREATER, "paper", "claims.0.comparisons.0.rule: is missing"),
         (", bound = 0.01", "", "claims.1.comparisons.0: the rule 'at_least' needs a bound"),
         (
             *('rule = "at_least"', 'rule = "within"'),

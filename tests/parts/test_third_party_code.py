@@ -163,3 +163,22 @@ def test_a_changed_comment_compiles_nothing_and_keeps_lines_of_errors_right(
     assert load_file(file).__name__ != name
     file.write_text(FAILING_RULE + "# Comment.\n")
     assert load_file(file).__name__ == name
+
+
+def test_code_runs_in_a_removed_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for is_removed_before in (True, False):
+        folder = tmp_path / "removed"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        if is_removed_before:
+            folder.rmdir()
+        with (
+            pytest.raises(PartError, match="mine: ValueError: boom"),
+            run_third_party_code({}, "mine"),
+        ):
+            if not is_removed_before:
+                folder.rmdir()
+            raise ValueError("boom")
+        monkeypatch.undo()

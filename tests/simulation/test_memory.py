@@ -165,6 +165,16 @@ def test_disk_is_estimated_within_a_tenth(
     assert estimated == pytest.approx(stored, rel=0.1)
 
 
+@pytest.mark.parametrize("runs", [15, 40])
+def test_disk_is_estimated_for_any_number_of_workers(tmp_path: Path, runs: int) -> None:
+    experiment = load_changed("evo/A", "lifetime.steps=1", "population.size=2")
+    study = make_small_study(tmp_path / "study", [experiment], runs=runs)
+    stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
+    for workers in (1, 16):
+        estimated = memory.estimate_runs([(experiment, runs)], workers, worlds=4).disk
+        assert estimated == pytest.approx(stored, rel=0.1)
+
+
 @pytest.mark.parametrize("name", ["evo/A", "evo+self-taught/B", "evo+drift/A"])
 @pytest.mark.parametrize("worlds", [1, 5])
 def test_the_size_of_a_state_is_the_size_of_its_arrays(name: str, worlds: int) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
@@ -93,7 +92,7 @@ def test_the_stored_source_of_a_part_is_not_replaced(tmp_path: Path) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
     save_sources(tmp_path, [first])
     save_sources(tmp_path, [first])
-    with pytest.raises(PartError, match=r"model-mine\.py is there already and holds another part"):
+    with pytest.raises(StudyError, match=r"model-mine\.py exists with other content"):
         save_sources(tmp_path, [second])
     assert (tmp_path / "parts" / "model-mine.py").read_text() == "a = 1"
 

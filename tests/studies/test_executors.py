@@ -102,6 +102,20 @@ def test_worker_processes_and_threads_store_identical_studies(
 
 
 @pytest.mark.nightly
+def test_worker_processes_and_threads_write_equal_files_of_many_runs(
+    tmp_path: Path, on_dask: Executor
+) -> None:
+    # A file has at most 20 runs, and the last one of these files has 16.
+    experiment = shorten_preset("evo/A").replace(lifetime={"steps": 4100})
+    study = create_study(tmp_path / "dask", [experiment], seed=5)
+    list(simulated_steps(on_dask, study, runs=56))
+    records = read_records(study.directory)
+    assert [Path(name).name for name in records] == ["0000-0019.nc", "0020-0039.nc", "0040-0055.nc"]
+    threads = make_small_study(tmp_path / "threads", [experiment], runs=56)
+    assert records == read_records(threads.directory)
+
+
+@pytest.mark.nightly
 def test_the_scheduler_has_one_wave_of_tasks_at_a_time(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -334,6 +348,32 @@ def test_slurm_requires_the_resources_of_a_job(monkeypatch: pytest.MonkeyPatch) 
         match=r"needs jobqueue\.slurm\.cores and jobqueue\.slurm\.memory in Dask's configuration",
     ):
         choose_executor("slurm", 2)
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("echo first; echo 'sbatch: error: no such account' >&2; exit 1", "no such account"),
+        ("exit 3", "sbatch ended with status 3"),
+    ],
+)
+def test_the_reason_of_a_refused_job_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str, reason: str
+) -> None:
+    pytest.importorskip("dask_jobqueue")
+    sbatch = tmp_path / "bin/sbatch"
+    sbatch.parent.mkdir()
+    sbatch.write_text(f"#!/bin/sh\n{script}\n")
+    sbatch.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{sbatch.parent}{os.pathsep}{os.environ['PATH']}")
+    study = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=5)
+    job = {"cores": 1, "memory": "1 GB", "interface": None}
+    settings = {f"jobqueue.slurm.{name}": value for name, value in job.items()}
+    with (
+        dask.dask.config.set(settings),
+        pytest.raises(ExecutorError, match=f"Slurm refuses the job: .*{reason}"),
+    ):
+        list(simulated_steps(choose_executor("slurm", 1), study, runs=1))
 
 
 @pytest.mark.parametrize("module", ["distributed", "dask_jobqueue", "upath"])

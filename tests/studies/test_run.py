@@ -116,6 +116,7 @@ def test_few_large_tasks_share_the_threads_of_one_process(
         (THREADS, 16, 10, "Workers: 10; usable cores: 16."),
         (THREADS, 16, 3, "Workers: 3, each with up to 5 threads; usable cores: 16."),
         (THREADS._replace(name="dask"), 40, 180, "Workers: 40 (dask)."),
+        (THREADS._replace(name="dask"), 40, 3, "Workers: 40 (dask)."),
     ],
 )
 def test_a_sentence_states_the_number_of_workers(

@@ -93,7 +93,7 @@ def test_a_study_whose_runs_have_stopped_is_complete(
     assert not list(stopped.directory.rglob("*.checkpoint"))
     experiment = stopped.experiments["evo/A"]
     steps_per_generation = experiment.steps * experiment.population.size
-    n_steps = provenance(stopped)["agent_steps"]
+    n_steps = provenance(stopped, "")["agent_steps"]
     assert n_steps == sum(expected) * steps_per_generation
     frame = bl.open_study(stopped.directory).to_pandas()
     assert frame.groupby("run")["generation"].nunique().tolist() == expected

@@ -89,19 +89,21 @@ def test_names_of_conditions_differ_and_are_folders_on_every_system(
             )
             for text, number in [("", "None"), ("format = 2", 2), ("format = 9", 9)]
         ),
-        ('format = 3\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
-        (
-            "format = 3\nseed = 1\nconditions = 5",
-            "conditions = 5 must be a list of at least one name",
-        ),
+        ('format = 3\nseed = "0"\nconditions = []', "seed = '0': input should be a valid int"),
+        ("format = 3\nseed = 2147483648", "seed = 2147483648: .* less than 2147483648"),
+        ("format = 3\nfirst_run = -1", "first_run = -1: input should be greater than or equal"),
+        ("format = 3\nseed = true", "seed = true: true and false are not numbers"),
+        ("format = 3\npaper = 7", "paper = 7: must be a text; write it in quotes"),
+        ("format = 3\nruns = 7", "runs: there is no such field; there are: kind, seed, cond"),
+        ("format = 3\nseed = 1\nconditions = 5", "conditions = 5: input should be a list"),
         (
             'format = 3\nseed = 1\nconditions = ["../../etc"]',
-            "'../../etc' is no name of a condition",
+            r"conditions\.0 = '\.\./\.\./etc': must be letters, digits",
         ),
-        ('format = 3\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
+        ('format = 3\nconditions = ["/etc"]', r"conditions\.0 = '/etc': must be letters"),
         (
             'format = 3\nseed = 1\nconditions = ["evo/A", "evo/A"]',
-            "conditions: a name is listed twice; list each name once",
+            "conditions = .*: must be a list of at least one name, with each name once",
         ),
         (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],

@@ -102,7 +102,7 @@ def test_the_lab_lists_a_folder_with_a_pipe(study: Path, tmp_path: Path) -> None
     os.mkfifo(tmp_path / "agents.nc")
     lab = Lab(tmp_path, Live())
     assert list_files(lab, {}) == {"files": []}
-    part = PartRecord("learning rule", "foo", "0" * 64)
+    part = PartRecord(kind="learning rule", name="foo", sha256="0" * 64)
     stored_source(study, part.kind, part.name).parent.mkdir()
     os.mkfifo(stored_source(study, part.kind, part.name))
     assert _find_source(lab, StudyStore(study), part) == UNKNOWN_FILE
@@ -142,10 +142,11 @@ def test_a_file_of_a_process_or_a_session_with_a_wrong_value_is_skipped(
         (
             'learner = "evo',
             'learner = [1, 2] # "evo',
-            r"factors\.evo/A = .* must be a table of texts",
+            r"factors\.evo/A\.learner = \[1, 2\]: must be a text; write it in quotes",
         ),
-        ("seed = ", "parts = 5\nseed = ", r"parts = 5 must be tables \[\[parts\]\]"),
-        ("[factors]", "", "factors is missing"),
+        ("seed = ", "parts = 5\nseed = ", "parts = 5: input should be a list"),
+        ("seed = ", 'parts = [{kind = "body"}]\nseed = ', r"parts\.0\.name: is missing"),
+        ("[factors]", "", "factors: is missing"),
     ],
 )
 def test_a_wrong_value_in_study_toml_is_refused_with_file_and_key(

@@ -11,12 +11,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from baldwinlab.api.export.formats import study_formats, write_export
 from baldwinlab.api.study import Study
 from baldwinlab.core.console import errors
+from baldwinlab.studies import status
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.progress import ProcessProgress
 from baldwinlab.studies.records import StudyError
@@ -145,7 +147,7 @@ def test_no_record_becomes_shorter_or_is_renamed(study: StudyStore) -> None:
 
 
 def test_incomplete_runs_are_named_where_runs_are_read(
-    study: StudyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    study: StudyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert not format_incomplete_sentence(study)
     extended = extend_study(study, GENERATIONS)
@@ -156,8 +158,13 @@ def test_incomplete_runs_are_named_where_runs_are_read(
     with pytest.raises(StudyError, match="1 of 2 stored runs have fewer generations"):
         Study(extended).assay("innate")
     with errors.capture() as messages:
-        write_export(formats, formats["csv"], extended, tmp_path / "a.csv", {}, force=False)
+        text = write_export(formats, formats["csv"], extended, tmp_path / "a.csv", {}, force=False)
+        assert text.endswith("a.csv: 2 runs; the study has incomplete runs")
         Study(extended).data()
+        count_stored_runs = Mock(wraps=status.count_stored_runs)
+        monkeypatch.setattr(status, "count_stored_runs", count_stored_runs)
         Study(extended).report(tmp_path / "a.html")
+    # The files of the only condition are read once.
+    assert count_stored_runs.call_count == 1
     assert messages.get().count("1 of 2 stored runs have fewer generations") == 3
     assert "1 of 2 stored runs have fewer generations" in (tmp_path / "a.html").read_text()

@@ -103,9 +103,10 @@ def write_export(
     require_options(formats, format, path, options)
     if format.library:
         require_library(format.library, format.extra, f"--format {format.name}")
-    if isinstance(source, StudyStore):
-        console.warn_if_any(format_incomplete_sentence(source))
-    return format.write(source, path, force=force, **options)
+    sentence = format_incomplete_sentence(source) if isinstance(source, StudyStore) else ""
+    console.warn_if_any(sentence)
+    text = format.write(source, path, force=force, **options)
+    return f"{text}; the study has incomplete runs" if sentence else text
 
 
 def require_options(

@@ -14,6 +14,7 @@ from baldwinlab.experiment.conditions import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper, load_stored_paper
 from baldwinlab.papers.paper import DEFAULT_FIGURES
 from baldwinlab.simulation.memory import estimate_replay, estimate_tables
+from baldwinlab.studies.status import format_incomplete_sentence
 from baldwinlab.studies.store import StudyStore
 
 
@@ -27,6 +28,7 @@ class ReportPlan:
     # Condition with which all other conditions are compared, or "" for the default.
     baseline: str = ""
     paper: Paper | None = None  # Paper whose claims are evaluated.
+    incomplete: str = ""  # Sentence about the stored runs that are not complete.
     # Conditions that can be replayed. Empty for a sweep and a multiverse.
     replayable: tuple[str, ...] = ()
     # Condition that is replayed for the figure of emergence. None without this figure.
@@ -45,11 +47,12 @@ def plan_report(
         paper = load_stored_paper(study.directory, study.paper)
     if paper:
         check_figures(paper)
+    incomplete = format_incomplete_sentence(study)
     if study.kind != CONDITIONS:
-        return ReportPlan(study, out, last, baseline, paper)
+        return ReportPlan(study, out, last, baseline, paper, incomplete)
     replayable = tuple(name for name in study.experiments if _can_replay(study, name))
     condition = _emergence_condition(study, paper, replayable)
-    return ReportPlan(study, out, last, baseline, paper, replayable, condition)
+    return ReportPlan(study, out, last, baseline, paper, incomplete, replayable, condition)
 
 
 def _emergence_condition(

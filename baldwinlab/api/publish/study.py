@@ -107,7 +107,7 @@ def publish_study(plan: ReportPlan) -> Published:
         experiments=study.experiments,
         results=results,
         traces=_replay_emergence(plan, data),
-        provenance=provenance(study),
+        provenance=provenance(study, plan.incomplete),
         last=plan.last,
         paper=plan.paper,
         appearances={
@@ -291,7 +291,7 @@ def publish_sweep(plan: ReportPlan) -> Contrasts:
     write_sweep_report(
         study.directory,
         finals,
-        provenance(study),
+        provenance(study, plan.incomplete),
         plan.out,
         plan.last,
         contrasts=contrasts,

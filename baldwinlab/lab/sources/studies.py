@@ -68,11 +68,7 @@ def find_study(lab: Lab, name: str) -> StudyStore:
 
 
 def _open_study(root: Path, directory: Path) -> StudyStore:
-    try:
-        study = StudyStore(directory)
-    except (TypeError, ValueError) as error:
-        # The file is valid TOML, but not a study.
-        raise StudyError(f"{directory} cannot be read: {error}") from None
+    study = StudyStore(directory)
     for name in study.experiments:
         require_inside(root, directory / "runs" / name)
     return study

@@ -168,16 +168,17 @@ def can_share_threads(executor: Executor, backend: Backend) -> bool:
 
 
 def describe_workers(executor: Executor, workers: int, tasks: int) -> str:
-    """Return a sentence with the number of workers that execute at least `tasks` tasks.
+    """Return a sentence with the number of threads that execute at least `tasks` tasks.
 
+    For another executor, the sentence has the number of its workers.
     For example: "Workers: 3, each with up to 5 threads; usable cores: 16."
     """
-    count = f"Workers: {min(workers, tasks)}"
     if executor.name != THREADS.name:
-        return f"{count} ({executor.name})."
+        # A task on a cluster has the runs of complete files, so the number of tasks is unknown.
+        return f"Workers: {workers} ({executor.name})."
     threads = count_threads_per_task(workers, tasks)
     threads_text = f", each with up to {threads} threads" if threads > 1 else ""
-    return f"{count}{threads_text}; usable cores: {available_cores()}."
+    return f"Workers: {min(workers, tasks)}{threads_text}; usable cores: {available_cores()}."
 
 
 def choose_executor(name: str, workers: int | None = None) -> Executor:
