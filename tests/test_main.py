@@ -136,6 +136,117 @@ def test_a_signal_during_a_destructor_stops_a_command(tmp_path: Path) -> None:
     _check_stopped(process)
 
 
+# Compiled code of the hook does not return while the variable is set, and `check` runs the hook in
+# plain Python if it is "python". A file tells the test that plain Python has begun.
+ENDLESS_PART = """
+import os
+from pathlib import Path
+from baldwinlab.parts import Fitness
+
+IS_ENDLESS = os.environ.get("ENDLESS", "") != ""
+if os.environ.get("ENDLESS") == "python" and "NUMBA_DISABLE_JIT" in os.environ:
+    Path("started").touch()
+else:
+    IS_ENDLESS = IS_ENDLESS and "NUMBA_DISABLE_JIT" not in os.environ
+
+
+class Endless(Fitness, name="endless"):
+    @staticmethod
+    def evaluate(part, lifetimes, fitness):
+        for agent in range(fitness.size):
+            fitness[agent] = lifetimes.energy[agent]
+        if IS_ENDLESS:
+            print("running")
+            while fitness[0] >= 0:
+                fitness[0] = 1
+"""
+ENDLESS_RUN = [
+    *("run", "evo/A", "--runs", "1", "--part", "part.py", "--out", "study", "--set"),
+    *("population.size=2", "lifetime.steps=20", "evolution.generations=2"),
+    "evolution.fitness=endless",
+]
+BLOCKED = "baldwinlab: waiting for compiled code; press Ctrl-C again to end at once\n"
+
+
+def _start_endless(folder: Path, words: list[str], endless: str) -> subprocess.Popen[str]:
+    """Start a command with an endless hook in a new process group."""
+    (folder / "part.py").write_text(ENDLESS_PART)
+    return subprocess.Popen(
+        [sys.executable, "-u", "-m", "baldwinlab", *words],
+        cwd=folder,
+        env=os.environ | {"ENDLESS": endless},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def _wait_for_line(process: subprocess.Popen[str], start: str) -> None:
+    assert process.stdout is not None
+    lines = []
+    for line in process.stdout:
+        if line.startswith(start):
+            return
+        lines.append(line)
+    pytest.fail(f"no line {start!r}: {lines}")
+
+
+def _has_processes(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-C", "SIGTERM"])
+def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    process = _start_endless(tmp_path, ENDLESS_RUN, "compiled")
+    _wait_for_line(process, "running")
+    process.send_signal(number)
+    _wait_for_line(process, BLOCKED)
+    assert process.poll() is None
+    process.send_signal(number)
+    out, _ = process.communicate()
+    assert process.returncode == 130
+    assert "Traceback" not in out
+    assert not _has_processes(process.pid)
+    resumed = _start_endless(tmp_path, ENDLESS_RUN, "")
+    out, _ = resumed.communicate()
+    assert resumed.returncode == 0, out
+    assert bl.open_study(tmp_path / "study").runs("evo/A") == [0]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups")
+@pytest.mark.parametrize(
+    ("number", "endless"),
+    [(signal.SIGINT, "python"), (signal.SIGTERM, "python"), (signal.SIGINT, "compiled")],
+)
+def test_a_signal_ends_a_check_of_an_endless_hook_with_its_processes(
+    tmp_path: Path, number: signal.Signals, endless: str
+) -> None:
+    process = _start_endless(tmp_path, ["check", "part.py"], endless)
+    if endless == "python":
+        while not (tmp_path / "started").exists():
+            assert process.poll() is None
+            time.sleep(0.01)
+    else:
+        # The next requirement compiles the hook and calls it.
+        _wait_for_line(process, "ok: no output and no result depends on memory")
+    process.send_signal(number)
+    out, _ = process.communicate()
+    assert process.returncode == 130, out
+    assert "Traceback" not in out
+    assert out.endswith("baldwinlab: Interrupted.\n")
+    # The end of a child process may take a moment.
+    while _has_processes(process.pid):
+        time.sleep(0.01)
+
+
 def _long_command(folder: Path) -> list[str]:
     return ["run", "evo/A", "--runs", "200", "--out", str(folder / "study"), "--workers", "1"]
 

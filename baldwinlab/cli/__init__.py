@@ -14,6 +14,7 @@ from cyclopts import Group
 from baldwinlab.cli.options import OVERVIEW, app, read_docstring
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
+from baldwinlab.core.third_party_code import raise_part_errors
 
 # The arguments that the help of each command shows, by the groups of `baldwinlab --help`. The
 # command "run" is the function `run` in the module `run`.
@@ -87,7 +88,7 @@ def main() -> None:
         if len(sys.argv) == 1:
             console.info(OVERVIEW)
             return
-        with console.own_stdout():
+        with console.own_stdout(), raise_part_errors(find_labels=_label_files):
             app(sys.argv[1:])
     except ArgumentError as error:
         # `error.option` names the option of the command, and `str(error)` the argument in Python.
@@ -102,6 +103,13 @@ def main() -> None:
         _fail(_describe_os_error(error), FAILURE_STATUS)
     finally:
         console.reserve_stdout(False)
+
+
+def _label_files() -> dict[str, str]:
+    # Imported late, because most commands end without an error of a part.
+    from baldwinlab.experiment.registry import label_files
+
+    return label_files()
 
 
 def _describe_os_error(error: OSError) -> str:

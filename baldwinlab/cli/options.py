@@ -26,7 +26,6 @@ from cyclopts import (
 
 from baldwinlab._version import __version__
 from baldwinlab.core import console
-from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.names import suggest
 
@@ -212,14 +211,9 @@ def load_parts(files: Sequence[Path] | None) -> None:
     load_installed_parts()
     if files:
         # Imported late, because loading the engine takes a while.
-        from baldwinlab.parts.loading import load_file, parts_in
+        from baldwinlab.experiment import registry
+        from baldwinlab.parts.loading import load_file
 
-        origins: dict[tuple[str, str], tuple[Path, type]] = {}
-        for file in files:
-            for part in parts_in(load_file(file)):
-                other_file, other_part = origins.setdefault((part.kind, part.name), (file, part))
-                if other_part is not part:
-                    raise PartError(
-                        f"{other_file} and {file} both define the {part.kind} {part.name!r}: "
-                        "pass one of the files, or change the name in one of them"
-                    )
+        with registry.require_unique_parts():
+            for file in files:
+                load_file(file)

@@ -7,12 +7,10 @@ import signal
 import threading
 import traceback
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
-
-import numpy as np
 
 from baldwinlab.core.errors import BaldwinLabError, PartError
 
@@ -20,35 +18,47 @@ PACKAGE: Final = Path(__file__).parents[1]
 
 
 @contextmanager
-def run_third_party_code(labels: Mapping[str, str], other_label: str = "") -> Iterator[None]:
-    """Raise PartError for any exception of third-party code, and undo its changes of the process.
-
-    - `labels`: start of the message by name of a file, for errors with a line in this file. Stored
-      machine code has the folder in which the file was compiled, so folders are not compared.
-    - `other_label`: start of the message of other errors. If it is empty, they are not changed.
+def run_third_party_code(
+    other_label: str = "", find_labels: Callable[[], Mapping[str, str]] = dict
+) -> Iterator[None]:
+    """Raise PartError as `raise_part_errors` does, and undo changes of the process.
 
     The function restores the working directory, the random state and error handling of NumPy,
     the filters of warnings, and the handlers of SIGINT and SIGTERM.
     """
-    with _restore_process():
-        try:
-            yield
-        # A part can also raise SystemExit, which would end the command with status 0.
-        except BaseException as error:
-            if isinstance(error, BaldwinLabError) or _is_sent_by_user(error):
-                raise
-            frames = [
-                frame
-                for frame in traceback.extract_tb(error.__traceback__)
-                if Path(frame.filename).name in labels
-                and PACKAGE not in Path(frame.filename).parents
-            ]
-            label = labels[Path(frames[-1].filename).name] if frames else other_label
-            if not label:
-                raise
-            # Without a file, for example in a plug-in, the last line is that of the error.
-            frames = frames or traceback.extract_tb(error.__traceback__)
-            raise PartError(f"{label}: {_describe_error(error, frames)}") from None
+    with _restore_process(), raise_part_errors(other_label, find_labels):
+        yield
+
+
+@contextmanager
+def raise_part_errors(
+    other_label: str = "", find_labels: Callable[[], Mapping[str, str]] = dict
+) -> Iterator[None]:
+    """Raise PartError for any exception of third-party code.
+
+    - `find_labels`: returns the start of the message by name of a file, for errors with a line in
+      this file. Stored machine code has the folder in which the file was compiled, so folders are
+      not compared.
+    - `other_label`: start of the message of other errors. If it is empty, they are not changed.
+    """
+    try:
+        yield
+    # A part can also raise SystemExit, which would end the command with status 0.
+    except BaseException as error:
+        if isinstance(error, BaldwinLabError) or is_sent_by_user(error):
+            raise
+        labels = find_labels()
+        frames = [
+            frame
+            for frame in traceback.extract_tb(error.__traceback__)
+            if Path(frame.filename).name in labels and PACKAGE not in Path(frame.filename).parents
+        ]
+        label = labels[Path(frames[-1].filename).name] if frames else other_label
+        if not label:
+            raise
+        # Without a file, for example in a plug-in, the last line is that of the error.
+        frames = frames or traceback.extract_tb(error.__traceback__)
+        raise PartError(f"{label}: {_describe_error(error, frames)}") from None
 
 
 def locate_error(error: BaseException) -> str:
@@ -64,7 +74,7 @@ def _describe_error(error: BaseException, frames: Sequence[traceback.FrameSummar
     return f"{words} ({Path(frames[-1].filename).name}:{frames[-1].lineno})"
 
 
-def _is_sent_by_user(error: BaseException) -> bool:
+def is_sent_by_user(error: BaseException) -> bool:
     """Return whether the handler of SIGINT has raised an error, and not a part itself."""
     if not isinstance(error, KeyboardInterrupt):
         return False
@@ -79,6 +89,9 @@ def _restore_process() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    # Imported late, because most commands start without NumPy.
+    import numpy as np
+
     folder: Path | None = None
     # The working directory can be removed, before or during the context.
     with suppress(FileNotFoundError):

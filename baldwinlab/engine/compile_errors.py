@@ -85,7 +85,8 @@ def _explain_call(name: str, engine_types: set[str], types: str) -> str:
         return _explain_array_call(name, types)
     if name == "choose":
         return (
-            "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for 0.5"
+            "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for "
+            "0.5, and if for a comparison of numbers, such as step < part.youth"
         )
     if "lane_block" in engine_types:
         return (

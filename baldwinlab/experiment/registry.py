@@ -7,14 +7,18 @@ an experiment does not load the engine. A custom part is registered when its cla
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from baldwinlab.core.errors import PartError
 from baldwinlab.core.names import SPECIES_NAME, describe_pattern, did_you_mean, list_names
 
 _EVOLUTION: Final = "baldwinlab.evolution"
@@ -162,9 +166,12 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
 }
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
-PART_HINT: Final = "load it with --part FILE, which executes the code in the file"
+EXECUTION_HINT: Final = "which executes the code in the file"
+PART_HINT: Final = f"load it with --part FILE, {EXECUTION_HINT}"
 # Kind and name of each custom part that was added or removed, in order.
 _CHANGES: list[tuple[str, str]] = []
+# The parts that were added within `require_unique_parts`. None: outside it.
+_unique_parts: dict[tuple[str, str], type] | None = None
 # Returns the origin of a custom part, an object with a method `load` that loads the part again. The
 # package `parts` sets this function when it is imported. Every custom part needs this package.
 _find_origin: Callable[[type], Any]
@@ -243,12 +250,40 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
 
 
 def add(kind: str, name: str, part: type) -> None:
-    """Register a custom part. It replaces a custom part of the same name."""
+    """Register a custom part. It replaces a custom part of the same name.
+
+    Raise PartError within `require_unique_parts` if it would replace a part that was added there.
+    """
     # Tables, files and commands contain the name.
-    if not re.match(SPECIES_NAME, str(name)) or not isinstance(name, str):
+    if not isinstance(name, str) or not re.fullmatch(SPECIES_NAME, name):
         raise ValueError(f"the {kind} {name!r}: its name {describe_pattern(SPECIES_NAME)}")
+    if _unique_parts is not None:
+        other_part = _unique_parts.setdefault((kind, name), part)
+        if other_part is not part:
+            raise PartError(
+                f"{_name_source(other_part)} and {_name_source(part)} both define the {kind} "
+                f"{name!r}: load one of them, or change the name in one of them"
+            )
     _CUSTOM_PARTS[kind][name] = part
     _CHANGES.append((kind, name))
+
+
+@contextmanager
+def require_unique_parts() -> Iterator[None]:
+    """Refuse two parts with one kind and name that are added within this context."""
+    global _unique_parts
+    previous_parts = _unique_parts
+    # Each file is a context within the context of all files of a command.
+    _unique_parts = {} if previous_parts is None else previous_parts
+    try:
+        yield
+    finally:
+        _unique_parts = previous_parts
+
+
+def _name_source(part: type) -> str:
+    file = getattr(sys.modules.get(part.__module__), "__file__", None)
+    return f"{part.__qualname__} of {file or part.__module__}"
 
 
 def remove(kind: str, name: str) -> None:
@@ -276,6 +311,15 @@ def find_origins(choices: Iterable[tuple[str, str]]) -> tuple[Any, ...]:
         for choice in sorted({*choices})
         if choice in loaded_parts
     )
+
+
+def label_files(choices: Iterable[tuple[str, str]] | None = None) -> dict[str, str]:
+    """Return the start of an error message by name of the file of each custom part.
+
+    `choices`: kinds and names of the parts. Default: all loaded custom parts.
+    """
+    origins = find_origins(custom_parts() if choices is None else choices)
+    return {Path(origin.file).name: f"{origin.describe()} fails" for origin in origins}
 
 
 def unknown_part_message(kind: str, name: str) -> str:

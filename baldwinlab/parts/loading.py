@@ -114,7 +114,7 @@ def load_text(text: str, file: Path) -> ModuleType:
     sys.modules[name] = module
     try:
         label = f"{file} cannot be loaded"
-        with run_third_party_code({file.name: label}, label):
+        with registry.require_unique_parts(), run_third_party_code(label):
             exec(compile(text, str(file), "exec"), module.__dict__)
         if not _register_parts(module):
             raise PartError(
@@ -183,9 +183,10 @@ def load_entry_points() -> None:
         If a module cannot be imported.
     """
     loaded_parts = registry.custom_parts()
-    for entry in entry_points(group=ENTRY_POINT_GROUP):
-        with run_third_party_code({}, f"the part {entry.name!r} ({entry.value}) cannot be loaded"):
-            entry.load()
+    with registry.require_unique_parts():
+        for entry in entry_points(group=ENTRY_POINT_GROUP):
+            with run_third_party_code(f"the part {entry.name!r} ({entry.value}) cannot be loaded"):
+                entry.load()
     # Entry points may have replaced parts that were loaded from files.
     for (kind, name), part in loaded_parts.items():
         registry.add(kind, name, part)
@@ -229,12 +230,6 @@ def source_of(kind: str, name: str) -> Source:
                 "its source"
             ) from None
     return Source(kind, name, text, Path(str(module.__file__)).name)
-
-
-def label_files(experiment: Any) -> dict[str, str]:
-    """Return the start of an error message by name of the file of each custom part."""
-    origins = registry.find_origins(custom_choices(experiment))
-    return {Path(origin.file).name: f"{origin.describe()} fails" for origin in origins}
 
 
 class PartOrigin(NamedTuple):
@@ -281,7 +276,7 @@ def _load_module(origin: PartOrigin) -> None:
         assert origin.text is not None
         load_text(origin.text, Path(origin.file))
     elif origin.module not in MAIN_MODULES:
-        with run_third_party_code({}, f"{origin.describe()} cannot be imported"):
+        with run_third_party_code(f"{origin.describe()} cannot be imported"):
             import_module(origin.module)
     if (origin.kind, origin.name) not in registry.custom_parts():
         raise PartError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +16,12 @@ from baldwinlab.core.third_party_code import run_third_party_code
 from baldwinlab.engine.threads import available_cores, use_threads
 from baldwinlab.evolution import Fitness, Genome
 from baldwinlab.evolution.species import count_agents
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, registry
+from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_backend
-from baldwinlab.parts.loading import label_files
+from baldwinlab.simulation.crashes import report_crashes
 from baldwinlab.simulation.history import BranchStart, Histories, History
 from baldwinlab.simulation.memory import estimate_simulation
 
@@ -126,12 +128,13 @@ def continue_histories(
     """
     experiment = batch.experiment
     histories = batch.histories
-    labels = label_files(experiment)
+    choices = [*custom_choices(experiment)]
+    report_crashes(choices)
     n_active = 0
     for generation in range(batch.n_generations, experiment.evolution.generations):
         if len(batch.active) == 0:
             break
-        with run_third_party_code(labels):
+        with run_third_party_code(find_labels=partial(registry.label_files, choices)):
             # The simulator has a world for each run that continues.
             if len(batch.active) != n_active:
                 n_active = len(batch.active)

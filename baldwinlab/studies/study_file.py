@@ -44,6 +44,7 @@ from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.experiment.conditions import Factors, StudyKind
 from baldwinlab.experiment.fields import Fields, format_validation_error
 from baldwinlab.experiment.file import File, iterate_file_tables, remember_path, require_files
+from baldwinlab.experiment.registry import EXECUTION_HINT
 from baldwinlab.studies.record_files import StudyError
 
 # `parts.loading` is imported late: it loads slowly, and most studies have no third-party part.
@@ -254,12 +255,11 @@ def _require_parts(
             source = source_of(kind, name)
         except PartError:
             raise PartError(
-                f"{part} is not loaded; load its file, which executes the code in it, for example "
-                f"the copy in the study: --part {copy}"
+                f"{part} is not loaded; load its file, {EXECUTION_HINT}, for example the copy in "
+                f"the study: --part {copy}"
             ) from None
         if stored_hash and source.sha256 != stored_hash:
             raise PartError(
                 f"{part} differs from the loaded one; choose another --out, or load the original "
-                "file, which executes the code in it, for example the copy in the study: "
-                f"--part {copy}"
+                f"file, {EXECUTION_HINT}, for example the copy in the study: --part {copy}"
             )

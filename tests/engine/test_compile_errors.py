@@ -37,6 +37,14 @@ STATEMENTS = [
         "choose(mask, a, b) takes a mask, and a and b in float32",
     ),
     ("put(weights, 0, lane, choose(x == x, x, x))", "SIMD blocks cannot be compared by == or !="),
+    (
+        "put(weights, 0, lane, choose(x < counts[0] - 0.5, x, x))",
+        "if a hook compares step with a setting, declare the setting as int: youth: int = Field(",
+    ),
+    (
+        "put(weights, 0, lane, choose(first < 5, x, x))",
+        "and if for a comparison of numbers, such as step < part.youth",
+    ),
     ("put(weights, 0, lane, max(x, x))", "write choose(a > b, a, b)"),
     ("put(weights, 0, lane, np.minimum(x, x))", "write choose(a < b, a, b)"),
     ("put(weights, 0, lane, x ** 2)", "a SIMD block cannot be raised to a power; write x * x"),

@@ -16,6 +16,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.third_party_code import run_third_party_code
+from baldwinlab.experiment import registry
 from baldwinlab.parts.loading import load_file
 from tests.commands import Command
 
@@ -45,10 +46,13 @@ SMALL = {
 }
 
 
-def run_command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def run_command(
+    folder: Path, *arguments: str, **environment: str
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "baldwinlab", *arguments],
         cwd=folder,
+        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=False,
@@ -90,7 +94,7 @@ def test_the_output_of_a_part_goes_to_stderr_and_the_folder_stays(tmp_path: Path
     assert (tmp_path / "study" / "study.toml").is_file()
 
 
-@pytest.mark.parametrize("name", ["'\\x1b[2J'", "5", "'a/b'"])
+@pytest.mark.parametrize("name", ["'\\x1b[2J'", "5", "'a/b'", "'rule\\n'"])
 def test_a_name_that_is_no_name_of_a_part_is_refused(command: Command, name: str) -> None:
     Path("rule.py").write_text(RULE.replace('"third-party-rule"', name), encoding="utf-8")
     outcome = command("show", "evo/A", "--part", "rule.py")
@@ -104,8 +108,35 @@ def test_two_files_with_parts_of_one_name_are_refused(command: Command) -> None:
     Path("second.py").write_text(RULE.replace(".y", ".x"), encoding="utf-8")
     outcome = command("show", "evo/A", "--part", "first.py", "--part", "second.py")
     assert outcome.code == 2
-    assert "first.py and second.py both define the learning rule 'third-party-rule'" in outcome.err
+    message = "Rule of first.py and Rule of second.py both define the learning rule 'third-party-"
+    assert message in outcome.err
     assert command("show", "evo/A", "--part", "first.py", "--part", "copy.py").code == 0
+
+
+def test_a_file_with_two_parts_of_one_name_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "rule.py"
+    file.write_text(RULE)
+    original = load_file(file).Rule
+    file.write_text(RULE + RULE.replace("class Rule", "class Copy"))
+    with pytest.raises(PartError, match=r"Rule of .*rule\.py and Copy of .*rule\.py both define"):
+        load_file(file)
+    assert registry.find_class("learning rule", "third-party-rule") is original
+
+
+def test_two_installed_plug_ins_with_parts_of_one_name_are_refused(tmp_path: Path) -> None:
+    for name in ("first_plug_in", "second_plug_in"):
+        (tmp_path / f"{name}.py").write_text(RULE)
+        facts = tmp_path / f"{name}-1.dist-info"
+        facts.mkdir()
+        (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
+        (facts / "entry_points.txt").write_text(f"[baldwinlab.parts]\n{name} = {name}\n")
+    paths = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+    outcome = run_command(tmp_path, "show", "evo/A", PYTHONPATH=paths)
+    assert outcome.returncode == 2
+    assert len(outcome.stderr.splitlines()) == 1
+    for name in ("first_plug_in", "second_plug_in"):
+        assert f"Rule of {name}.py" in outcome.stderr
+    assert "both define the learning rule 'third-party-rule'" in outcome.stderr
 
 
 def test_a_changed_version_of_a_file_replaces_the_earlier_version(tmp_path: Path) -> None:
@@ -121,7 +152,7 @@ def test_the_state_of_the_process_is_restored() -> None:
     before = np.random.get_state(legacy=False)["state"]["key"].copy()  # noqa: NPY002
     handler = signal.getsignal(signal.SIGINT)
     filters = [*warnings.filters]
-    with run_third_party_code({}, "the part"):
+    with run_third_party_code("the part"):
         os.chdir("/")
         np.random.seed(7)  # noqa: NPY002
         np.seterr(all="raise")
@@ -176,9 +207,112 @@ def test_code_runs_in_a_removed_working_directory(
             folder.rmdir()
         with (
             pytest.raises(PartError, match="mine: ValueError: boom"),
-            run_third_party_code({}, "mine"),
+            run_third_party_code("mine"),
         ):
             if not is_removed_before:
                 folder.rmdir()
             raise ValueError("boom")
         monkeypatch.undo()
+
+
+# The errors of code that is not compiled: a check of settings, and a derived value.
+PYTHON_CODE = """
+import sys
+from baldwinlab.parts import Fitness
+
+
+class ThirdPartyFitness(Fitness, name="third-party-fitness"):
+    {code}
+
+    @staticmethod
+    def evaluate(part, lifetimes, fitness):
+        for agent in range(fitness.size):
+            fitness[agent] = lifetimes.energy[agent]
+"""
+SETTINGS = [
+    *("population.size=2", "lifetime.steps=20", "evolution.generations=1"),
+    "evolution.fitness=third-party-fitness",
+]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "def check(self, experiment): sys.exit(0)",
+        "derived = {'value': lambda part, experiment: sys.exit(0)}",
+        "derived = {'value': lambda part, experiment: {}['key']}",
+    ],
+)
+def test_a_run_names_the_part_whose_python_code_fails(tmp_path: Path, code: str) -> None:
+    (tmp_path / "part.py").write_text(PYTHON_CODE.format(code=code))
+    options = ["--runs", "1", "--part", "part.py", "--out", "study", "--set", *SETTINGS]
+    outcome = run_command(tmp_path, "run", "evo/A", *options)
+    assert outcome.returncode == 2
+    message = outcome.stderr.splitlines()[-1]
+    assert message.startswith("baldwinlab: the fitness 'third-party-fitness' of part.py fails: ")
+    assert message.endswith("(part.py:7)")
+    assert "Traceback" not in outcome.stderr
+
+
+def test_a_run_whose_part_exits_with_a_text_prints_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "rule.py").write_text("import sys; sys.exit('text')" + RULE)
+    outcome = run_command(tmp_path, "run", "evo/A", "--part", "rule.py", "--out", "study")
+    assert outcome.returncode == 2
+    assert outcome.stderr == "baldwinlab: rule.py cannot be loaded: SystemExit: text (rule.py:1)\n"
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "reason"),
+    [
+        (
+            "rule.py",
+            f"print('text')\nraise KeyboardInterrupt{RULE}",
+            "KeyboardInterrupt (rule.py:2)",
+        ),
+        (
+            "part.py",
+            PYTHON_CODE.format(code="print('text')").replace(
+                "fitness[agent] =", "raise GeneratorExit"
+            ),
+            "evaluate, line 12: GeneratorExit",
+        ),
+        (
+            "part.py",
+            PYTHON_CODE.format(code="print('text')").replace(
+                "lifetimes.energy[agent]", "7 // agent"
+            ),
+            "evaluate, line 12: ZeroDivisionError: integer",
+        ),
+        (
+            "part.py",
+            PYTHON_CODE.format(code="print('text')").replace(
+                "lifetimes.energy[agent]", "lifetimes.species[agent] // lifetimes.species[agent]"
+            ),
+            "evaluate, line 12: RuntimeWarning: divide by zero",
+        ),
+    ],
+)
+def test_a_check_with_json_reports_any_error_of_a_part(
+    tmp_path: Path, file: str, text: str, reason: str
+) -> None:
+    (tmp_path / file).write_text(text)
+    outcome = run_command(tmp_path, "check", file, "--json")
+    assert outcome.returncode == 1
+    findings = json.loads(outcome.stdout)
+    (failure,) = (finding for finding in findings if finding["holds"] is False)
+    assert reason in failure["message"]
+    assert "text" in outcome.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+def test_a_run_names_the_part_whose_compiled_code_ends_the_process(tmp_path: Path) -> None:
+    code = PYTHON_CODE.format(code="").replace("fitness.size", "10**12")
+    (tmp_path / "part.py").write_text(code)
+    options = ["--runs", "1", "--part", "part.py", "--out", "study", "--set", *SETTINGS]
+    outcome = run_command(tmp_path, "run", "evo/A", *options)
+    assert outcome.returncode == -signal.SIGSEGV
+    assert outcome.stderr.splitlines()[-1] == (
+        "baldwinlab: compiled code accessed memory outside its arrays, in the fitness "
+        "'third-party-fitness' of part.py; baldwinlab check FILE finds the line"
+    )
+    assert "Traceback" not in outcome.stderr

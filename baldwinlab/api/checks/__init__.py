@@ -38,7 +38,7 @@ from baldwinlab.api.checks.reproducibility import (
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 from baldwinlab.core.files import quote_path
 from baldwinlab.core.numbers import check_numbers, require_whole_number
-from baldwinlab.core.third_party_code import locate_error
+from baldwinlab.core.third_party_code import is_sent_by_user, locate_error
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.parts.part import Part, overridden_hooks
 
@@ -91,7 +91,9 @@ def _check_groups(
         except NotCheckedError as error:
             skipped.append(str(error))
         # A part or its oracle can raise any exception.
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if is_sent_by_user(error):
+                raise
             message = _add_part(check, group, _format_error(error))
             return CheckFinding(description, False, message, command)
     if skipped and not remarks:
@@ -127,7 +129,9 @@ def _fails_alone(check: Check, part: type[Part], seed: int) -> bool:
             check(group)
     except NotCheckedError:
         return False
-    except (Exception, SystemExit):
+    except BaseException as error:
+        if is_sent_by_user(error):
+            raise
         return True
     return False
 

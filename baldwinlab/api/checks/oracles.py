@@ -189,7 +189,7 @@ def check_oracle(group: PartGroup) -> str:
         require_signature(part)
         label = f"{part_label(part)}: {', '.join(hooks)}"
         try:
-            with run_third_party_code({}, f"{part_label(part)}: its oracle fails"):
+            with run_third_party_code(f"{part_label(part)}: its oracle fails"):
                 remark = COMPARISONS[oracle_key(part)](group, part)
         except FailsError as error:
             raise FailsError(f"{label}: {error}") from None

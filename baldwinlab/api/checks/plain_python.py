@@ -12,6 +12,7 @@ import inspect
 import random
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import reduce, wraps
 from typing import Any, Final, NamedTuple
@@ -104,7 +105,7 @@ class Watch:
             except HookError:
                 raise
             # A hook can raise any exception.
-            except (Exception, SystemExit) as error:
+            except BaseException as error:
                 location = call.describe(_find_line(error, call.file))
                 raise HookError(f"{location}: {_format_error(error)}") from None
             finally:
@@ -264,6 +265,8 @@ def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
     """Simulate all cases of a group in this process, with watched hooks."""
     watch.unwritten_read = ""
     bits: dict[str, list[str]] = {}
+    # In compiled code, the result of such a division is 0 or infinite, without an error.
+    warnings.filterwarnings("error", "divide by zero encountered in .*(floor_divide|remainder)")
     for case in make_cases(group):
         # Without these seeds, random numbers of a part would look like unwritten memory.
         random.seed(0)
@@ -278,7 +281,7 @@ def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
             message = f"{group.label}: {error}"
             return {"bounds": _add_case(message, case), "read": watch.unwritten_read}
         # The code of a part outside its hooks can raise any exception.
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
             return {"bounds": _add_case(f"{group.label}: {locate_error(error)}", case)}
     return {"bits": bits, "read": watch.unwritten_read}
 

@@ -22,6 +22,8 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from baldwinlab.core.files import REPORT_FILE, parse_json, read_text, require_size
+from baldwinlab.core.third_party_code import raise_part_errors
+from baldwinlab.experiment import registry
 from baldwinlab.lab import Lab
 from baldwinlab.lab.pages import downloads
 from baldwinlab.lab.pages.downloads import Download
@@ -88,7 +90,8 @@ class Endpoint(NamedTuple):
             values = await self._read_values(request)
 
             def make() -> Response:
-                return _make_response(self.load(lab, values), self.media_type, self.status)
+                with raise_part_errors(find_labels=registry.label_files):
+                    return _make_response(self.load(lab, values), self.media_type, self.status)
 
             return QueuedResponse(lab, make) if self.is_large else await run_in_threadpool(make)
 

@@ -23,6 +23,7 @@ from baldwinlab.core.files import (
     walk_folders,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.registry import EXECUTION_HINT
 from baldwinlab.lab import Lab, MissingError, Query, read_number, read_text
 from baldwinlab.lab.sources.model_displays import read_alleles, read_views
 from baldwinlab.studies.records import StudyError
@@ -245,7 +246,7 @@ def _format_remedy(lab: Lab, study: StudyStore, missing: list[PartRecord]) -> st
     hint = f" ({UNKNOWN_FILE} is the file with {names})" if UNKNOWN_FILE in options else ""
     return (
         f"{names[0].upper()}{names[1:]} of this study {verb} not loaded. To watch its lifetimes,"
-        f" close the lab and start it with this command{hint}, which executes their code:"
+        f" close the lab and start it with this command{hint}, {EXECUTION_HINT}:"
         f" {shlex.join([*lab.command, *options])}"
     )
 

@@ -16,6 +16,7 @@ from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import fitness, intervals
 from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment, registry
+from baldwinlab.experiment.registry import EXECUTION_HINT
 from baldwinlab.lab import Lab
 from baldwinlab.lab.sources import results
 from baldwinlab.lab.sources.live import Live
@@ -142,7 +143,7 @@ def test_a_study_whose_model_is_not_loaded_is_listed_with_the_command_that_loads
         (hawks, sound) = (summarize(lab, name) for name in ("hawks", "sound"))
         assert (sound["problem"], sound["missing"]) == (None, "")
         assert [condition["runs"] for condition in hawks["conditions"]] == [[0]]
-        message, command = hawks["missing"].split(", which executes their code: ")
+        message, command = hawks["missing"].split(f", {EXECUTION_HINT}: ")
         assert message.startswith(
             "The fitness debt and the model hawks-and-doves of this study are not loaded. "
         )

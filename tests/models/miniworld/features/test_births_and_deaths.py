@@ -46,14 +46,14 @@ def draw_words(number: int, purpose: int, draws: int = 1) -> npt.NDArray[np.uint
     )
 
 
-def draw_first_accounts() -> list[Account]:
+def draw_first_accounts(fields: dict[str, Any]) -> list[Account]:
     """Return the random ages and energies of the first agents."""
     accounts = []
     for agent in range(AGENTS):
         words = draw_words(agent, rng.AGE)[0]
-        age = int(float(rng.unit(words[0])) * FIELDS["max_age"])
+        age = int(float(rng.unit(words[0])) * fields["max_age"])
         share = float(rng.unit(words[1]))
-        accounts.append({"age": age, "energy": share * FIELDS["initial_energy"]})
+        accounts.append({"age": age, "energy": share * fields["initial_energy"]})
     return accounts
 
 
@@ -83,18 +83,25 @@ def make_child(
     return np.array(breed_crossover(part, fitter, second, draws.tolist(), gate), np.float32)
 
 
-def is_dead(account: Account) -> bool:
-    return account["energy"] <= 1e-5 or account["age"] >= FIELDS["max_age"]
+def is_dead(account: Account, max_age: float) -> bool:
+    return account["energy"] <= 1e-5 or account["age"] >= max_age
 
 
 @pytest.mark.usefixtures("in_plain_python")
-@pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
-def test_births_and_deaths_agree_with_a_plain_python_reference(condition: str) -> None:
-    experiment = make_experiment(condition, learning={"rate": 0.5} if condition != "evo" else {})
+@pytest.mark.parametrize(
+    ("condition", "max_age"), [("evo", 40), ("evo+self-taught", 40), ("evo", 4)]
+)
+def test_births_and_deaths_agree_with_a_plain_python_reference(
+    condition: str, max_age: int
+) -> None:
+    fields = FIELDS | {"max_age": max_age}
+    learning = {"rate": 0.5} if condition != "evo" else {}
+    experiment = make_experiment(condition, fields, learning=learning)
     genome = draw_founders(experiment)
     batch = simulate_steps(experiment, genome, 0)
-    accounts = draw_first_accounts()
+    accounts = draw_first_accounts(fields)
     birth_counts = [0] * AGENTS
+    largest_number_of_deaths = 0
     eaten = np.zeros(AGENTS)
     genome = genome.copy()
     for step in range(experiment.lifetime.steps):
@@ -104,9 +111,12 @@ def test_births_and_deaths_agree_with_a_plain_python_reference(condition: str) -
         for account, meal in zip(accounts, meals, strict=True):
             account["age"] += 1
             account["energy"] += meal - FIELDS["cost_per_step"]
-        shares = [max(0.0, account["energy"]) for account in accounts]
-        shares = shares if any(shares) else [1.0] * AGENTS
-        for agent in [agent for agent in range(AGENTS) if is_dead(accounts[agent])]:
+        dying_agents = [agent for agent in range(AGENTS) if is_dead(accounts[agent], max_age)]
+        largest_number_of_deaths = max(largest_number_of_deaths, len(dying_agents))
+        for agent in dying_agents:
+            # The energy of a child counts for the next child of the same step.
+            shares = [max(0.0, account["energy"]) for account in accounts]
+            shares = shares if any(shares) else [1.0] * AGENTS
             number = AGENTS + sum(birth_counts)
             genome[agent] = make_child(experiment, genome, select_parents(shares, number), number)
             accounts[agent] = {"age": 0, "energy": FIELDS["initial_energy"]}
@@ -117,6 +127,7 @@ def test_births_and_deaths_agree_with_a_plain_python_reference(condition: str) -
             )
         np.testing.assert_allclose(batch.state.genome[0], genome, rtol=1e-6, atol=1e-7)
         assert batch.state.birth_count[0].tolist() == birth_counts
+    assert largest_number_of_deaths > 1
     assert sum(birth_counts) > 2 * AGENTS and eaten.sum() > AGENTS
 
 
