@@ -15,13 +15,16 @@ from baldwinlab.analysis.atlas.tables import estimate_mean
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
-from baldwinlab.analysis.guidance.effects import (
+from baldwinlab.analysis.guidance.predictions import (
+    AGENTS,
     CONTROL,
     COSTLY_LEARNING,
     EQUAL_EVALUATIONS,
     LEARNING,
+    POPULATION,
+    TRIALS,
+    K,
 )
-from baldwinlab.analysis.guidance.predictions import AGENTS, POPULATION, TRIALS, K
 from baldwinlab.analysis.palette import BLACK, BLUE, BROWN, GREEN, PURPLE, SKY, VERMILION
 
 STYLES: Final = {

@@ -211,7 +211,8 @@ def draw_variants(multiverse: Multiverse) -> Figure:
         ListedColormap([VERDICT_COLORS[verdict] for verdict in verdicts]),
         (0, len(verdicts) - 1),
     )
-    _label_claims(axes, [_label_variant(variant) for variant in variants], claims)
+    labels = [f"{variant.name}  {''.join(variant.choices)}".rstrip() for variant in variants]
+    _label_claims(axes, labels, claims)
     choices = [min(variant.choices, default="") for variant in variants]  # At most one each.
     _draw_cell_borders(axes, len(claims), choices)
     drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
@@ -226,10 +227,6 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     ]
     figure.legend(handles=legend_handles, loc="outside lower center", ncols=len(legend_handles))
     return figure
-
-
-def _label_variant(variant: VariantResult) -> str:
-    return f"{variant.name}  {''.join(variant.choices)}".rstrip()
 
 
 def _format_outcome(outcome: Outcome) -> str:

@@ -233,18 +233,8 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     (3.5, 1.0)
     """
     pairs = compare_pairs(a, b)
-    return Comparison(
-        n_a=pairs.n,
-        n_b=pairs.n,
-        median_a=pairs.median_a,
-        median_b=pairs.median_b,
-        effect=pairs.effect,
-        low=pairs.low,
-        high=pairs.high,
-        u=nan,
-        p=pairs.p,
-        a12=pairs.a12,
-    )
+    # The fields of both classes from `median_a` to `high` are the same.
+    return Comparison(pairs.n, pairs.n, *pairs[1:6], p=pairs.p, a12=pairs.a12)
 
 
 def log_ratio(a: Sample, b: Sample) -> Sample:
