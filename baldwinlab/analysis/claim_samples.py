@@ -73,7 +73,8 @@ class Samples:
         return {
             comparison.measure
             for comparison in claim.comparisons
-            if comparison.measure not in COMMON_MEASURES and self._lacks_model(comparison)
+            if comparison.measure not in COMMON_MEASURES
+            and any(self.source.measures(name) is None for name in comparison.conditions)
         }
 
     def unassayed_measures(self, claim: Claim) -> set[str]:
@@ -84,9 +85,6 @@ class Samples:
             if comparison.measure == UNSEEN_MAPS_MEASURE
             and any(not self.get(name, comparison.measure).size for name in comparison.conditions)
         }
-
-    def _lacks_model(self, comparison: ClaimComparison) -> bool:
-        return any(self.source.measures(name) is None for name in comparison.conditions)
 
     def meaning(self, comparison: ClaimComparison) -> str:
         """Return the meaning of a measure that a model defines, or ""."""

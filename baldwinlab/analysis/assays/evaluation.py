@@ -79,14 +79,10 @@ class AssayEvaluation:
 @cache
 def load_evaluations() -> Mapping[str, AssayEvaluation]:
     """Return the evaluations of all modules of this package by assay, in the report's order."""
-    modules = [
-        import_module(f"{__package__}.{module.name}")
-        for module in iter_modules([str(Path(__file__).parent)])
-    ]
     declared = [
         value
-        for module in modules
-        for value in vars(module).values()
+        for module in iter_modules([str(Path(__file__).parent)])
+        for value in vars(import_module(f"{__package__}.{module.name}")).values()
         if isinstance(value, AssayEvaluation)
     ]
     declared.sort(key=lambda evaluation: evaluation.order)

@@ -105,12 +105,7 @@ def make_section(
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         numbers=_tabulate_all_numbers(analysis),
     )
-    return Section(
-        anchor="baldwin",
-        title=SECTION_TITLE,
-        body=body,
-        summary=_summarize(analysis),
-    )
+    return Section("baldwin", SECTION_TITLE, body, summary=_summarize(analysis))
 
 
 def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:

@@ -151,11 +151,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
 
 def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
     """Describe the measured questions whose runs cannot suffice for "yes" or "opposite"."""
-    tests = [
-        plan_paired_test(decision.measurement.runs)
-        for decision in decisions
-        if decision.measurement
-    ]
+    tests = [plan_paired_test(row.measurement.runs) for row in decisions if row.measurement]
     return describe_too_few(tests, q_values)
 
 

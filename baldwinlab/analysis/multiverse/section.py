@@ -67,13 +67,7 @@ def make_section(
         paper_effects=paper_effects,
         distances=_tabulate_distances(singles.variants, paper_effects),
     )
-    return Section(
-        anchor="variants",
-        title="Variants of the paper",
-        body=body,
-        summary=sentences[0],
-        claims_note=explanation,
-    )
+    return Section("variants", "Variants of the paper", body, sentences[0], explanation)
 
 
 def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
