@@ -315,18 +315,7 @@ def _iterate_csv_rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
 
 
 def _make_answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
-    quantity, when = answer.criterion.a
-    return {
-        "condition": condition,
-        "quantity": quantity,
-        "when": when,
-        "against": ", ".join(answer.criterion.b),
-        "runs": pairs.n,
-        "left_out": answer.left_out,
-        "median": pairs.effect,
-        "low": pairs.low,
-        "high": pairs.high,
-        "p": pairs.p,
-        "p_holm": answer.p_holm,
-        "verdict": answer.verdict,
-    }
+    names = (condition, *answer.criterion.a, ", ".join(answer.criterion.b))
+    numbers = (pairs.n, answer.left_out, pairs.effect, pairs.low, pairs.high, pairs.p)
+    values = (*names, *numbers, answer.p_holm, answer.verdict)
+    return dict(zip(CSV_COLUMNS, values, strict=True))

@@ -15,8 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.charts import draw_strip, label_strips
-from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.scales import use_log_scale
+from baldwinlab.analysis.figures.curves import make_panels, use_log_scale
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, FIGURE_WIDTH, GRAY, ORANGE, styled
 from baldwinlab.analysis.report.sections import (
     ReportFigure,

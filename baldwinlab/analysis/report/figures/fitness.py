@@ -73,7 +73,7 @@ def draw_measures(report: ReportData, measures: Sequence[str]) -> ReportFigure:
         ),
         figure=draw_fitness_curves(data, measures, names),
         table=[row for measure in measures for row in tabulate_generations(data, measure)],
-        commands=[*map(format_replay_command, report.lives.values())]
+        commands=[format_replay_command(life) for life in report.lives.values()]
         if "food_eaten" in data
         else (),
     )
