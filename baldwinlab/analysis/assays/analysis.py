@@ -21,6 +21,7 @@ from baldwinlab.analysis.assays.criteria import (
     INNATE_LAST,
     RULE_SIGNS,
     Criterion,
+    Quantity,
     Terms,
     Verdict,
     combine_verdicts,
@@ -28,10 +29,9 @@ from baldwinlab.analysis.assays.criteria import (
     load_criteria,
     select_terms,
 )
-from baldwinlab.analysis.assays.evaluation import compute_quantities
-from baldwinlab.analysis.assays.values import (
+from baldwinlab.analysis.assays.evaluation import (
     Assays,
-    Quantity,
+    compute_quantities,
     drop_labels,
     evolves_and_learns,
     find_learning_conditions,

@@ -15,9 +15,11 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayEvaluation,
     AssayFigure,
     QuantityValues,
+    Stored,
+    compute_share,
+    weight_distances,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, make_blocks_of_conditions
-from baldwinlab.analysis.assays.values import Stored, compute_share, weight_distances
 from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks, start_at_zero
 from baldwinlab.analysis.figures.style import (
     BROWN,

@@ -16,8 +16,14 @@ from baldwinlab.analysis.assays.analysis import (
     evaluate_assays,
 )
 from baldwinlab.analysis.assays.criteria import fill_terms, load_rules
-from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
+from baldwinlab.analysis.assays.evaluation import (
+    Assays,
+    EffectTable,
+    Stored,
+    load_evaluations,
+    name_measure,
+    parse_experiments,
+)
 from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,

@@ -20,7 +20,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import read_factors
+from baldwinlab.analysis.assays.evaluation import read_factors
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES, expect_offspring
 from baldwinlab.analysis.estimands.quantitative_genetics import (
     PARTS,

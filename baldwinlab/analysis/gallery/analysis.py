@@ -12,7 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import Assays, find_learning_conditions, parse_experiments
+from baldwinlab.analysis.assays.evaluation import (
+    Assays,
+    find_learning_conditions,
+    parse_experiments,
+)
 from baldwinlab.analysis.estimands.questions import Estimate, estimate
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
