@@ -118,15 +118,12 @@ def _measure_time_to_level(
     # `clock` is the name of the variable in which a model counts evaluations.
     counter_variable = model.clock if model else ""
     unit = model.records[counter_variable].unit if model and counter_variable else "lives"
-    names_and_curves = ((condition, learner), (control_name, control))
-    generations, evaluations = zip(
-        *(
-            _find_time_to_level(curve, study.data.sel(condition=name), counter_variable, level)
-            for name, curve in names_and_curves
-        ),
-        strict=True,
+    (generations, evaluations), (control_generations, control_evaluations) = (
+        _find_time_to_level(curve, study.data.sel(condition=name), counter_variable, level)
+        for name, curve in ((condition, learner), (control_name, control))
     )
-    return TimeToLevel(level, *generations, *evaluations, unit)
+    numbers = (generations, control_generations, evaluations, control_evaluations)
+    return TimeToLevel(level, *numbers, unit)
 
 
 def _final_median(mean_fitness: xr.DataArray, last: int) -> float:
