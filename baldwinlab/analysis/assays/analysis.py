@@ -49,7 +49,7 @@ from baldwinlab.analysis.results.verdicts import (
     FamilyTest,
     correct_family,
 )
-from baldwinlab.analysis.statistics.sign_tests import sign_interval
+from baldwinlab.analysis.statistics.hypothesis_tests import sign_interval
 from baldwinlab.analysis.statistics.significance import (
     PlannedTest,
     describe_too_few,

@@ -26,12 +26,13 @@ from baldwinlab.analysis.statistics.bootstrap import (
     resample_medians,
     split_resamples,
 )
-from baldwinlab.analysis.statistics.rank_tests import (
+from baldwinlab.analysis.statistics.hypothesis_tests import (
     has_exact_mann_whitney,
     mann_whitney,
     mann_whitney_tests,
+    sign_interval,
+    sign_test,
 )
-from baldwinlab.analysis.statistics.sign_tests import sign_interval, sign_test
 
 # Largest factor in a logarithm of a ratio.
 MAX_CHANGE = 100.0

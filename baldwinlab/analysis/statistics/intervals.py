@@ -24,7 +24,7 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
-from baldwinlab.analysis.statistics.sign_tests import find_interval_rank
+from baldwinlab.analysis.statistics.hypothesis_tests import find_interval_rank
 
 # Probability of the upper end of a 95 % interval.
 HIGH_QUANTILE = 0.975
