@@ -35,20 +35,6 @@ SAME: Final = "the same"
 NOTHING_INNATE_HEADLINE: Final = "learning raises fitness; no agent eats without learning"
 TOO_FEW_RUNS_NOTE: Final = " (too few runs to establish a difference)"
 TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on the effect of learning on fitness"
-PHASE_1_HEADLINES: Final = {
-    YES: "learning raises fitness",
-    NO: "not all comparisons show that learning raises fitness",
-    UNDECIDED: "undecided: the runs do not show whether learning raises fitness",
-    NOT_MEASURABLE: "not measurable: fitness is the same in all runs, with and without learning",
-    NOT_MEASURED: "unknown: fitness with and without learning was not compared",
-}
-PHASE_2_ADDITIONS: Final = {
-    YES: "; innate fitness and the innate share rise",
-    NO: "; innate fitness or the innate share does not rise",
-    UNDECIDED: "; whether innate fitness and the innate share rise is undecided",
-    NOT_MEASURABLE: "; whether innate fitness rises is not measurable, because it is constant",
-    NOT_MEASURED: "; innate fitness over the generations was not measured",
-}
 
 
 def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
@@ -80,7 +66,7 @@ def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]
 
 
 @cache
-def _load_sentences() -> dict[str, dict[str, str]]:
+def _load_texts() -> dict[str, dict[str, str]]:
     return tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
 
 
@@ -88,7 +74,7 @@ def _describe_answer(analysis: Analysis, result: ConditionResult, criterion: str
     """Yield the sentence of `sentences.toml` on a criterion that is measured."""
     answer = result.answer(criterion)
     if answer.numbers:
-        entry = _load_sentences()[criterion]
+        entry = _load_texts()[criterion]
         a, b = format_medians(answer.numbers)
         yield entry["text"].format(
             a=a,
@@ -161,16 +147,10 @@ def _describe_selection(result: ConditionResult) -> Iterator[str]:
 def _compare_with_neutral(answer: Answer) -> str:
     if answer.numbers is None:
         return ""
-    meaning = {
-        YES: "selection increases it",
-        NO: "selection does not increase it",
-        EQUAL: "both are equal in every run",
-        NOT_MEASURABLE: "the values are the same in all runs",
-        UNDECIDED: "too few runs to decide the effect of selection"
-        if answer.has_too_few_runs
-        else "the effect of selection is undecided",
-    }
-    return f"{' against '.join(format_medians(answer.numbers))} ({meaning[answer.verdict]})"
+    meaning = _load_texts()["neutral"][answer.verdict]
+    if answer.has_too_few_runs:
+        meaning = "too few runs to decide the effect of selection"
+    return f"{' against '.join(format_medians(answer.numbers))} ({meaning})"
 
 
 def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
@@ -239,11 +219,11 @@ def _describe_phases(result: ConditionResult) -> str:
     headline = (
         TOO_FEW_RUNS_HEADLINE
         if first_phase == UNDECIDED and has_too_few_runs
-        else PHASE_1_HEADLINES[first_phase]
+        else _load_texts()["phase 1"][first_phase]
     )
     if first_phase != YES and second_phase in (UNDECIDED, NOT_MEASURABLE, NOT_MEASURED):
         return headline
-    return headline + PHASE_2_ADDITIONS[second_phase]
+    return headline + _load_texts()["phase 2"][second_phase]
 
 
 def compose_headline(result: ConditionResult, terms: Terms) -> str:
