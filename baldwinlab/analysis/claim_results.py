@@ -156,7 +156,7 @@ def _join_notes(notes: Sequence[str]) -> str:
     return "; ".join(note for note in dict.fromkeys(notes) if note)
 
 
-def _rank_weakness(finding: Finding) -> tuple[int, float]:
+def rank_weakness(finding: Finding) -> tuple[int, float]:
     """Return a sort key that is largest for the weakest finding. An undefined p-value is 0."""
     p = finding.p_holm if math.isfinite(finding.p_holm) else 0.0
     return VERDICTS.index(finding.verdict), p
@@ -216,7 +216,7 @@ class ClaimResult:
     @property
     def deciding(self) -> Finding | None:
         """The weakest finding: worst verdict, then largest p-value. None without findings."""
-        return max(self.findings, key=_rank_weakness, default=None)
+        return max(self.findings, key=rank_weakness, default=None)
 
     @property
     def note(self) -> str:
@@ -253,16 +253,7 @@ class ClaimResult:
         """Return the claim for JSON: numbers of the deciding finding or None, and all findings."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
         # a12 is the effect size of Vargha and Delaney.
-        columns = (
-            "condition",
-            "comparison",
-            "measure",
-            "effect",
-            "interval",
-            "p",
-            "p_holm",
-            "a12",
-        )
+        columns = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
         claim = self.claim
         return {
             "id": claim.id,

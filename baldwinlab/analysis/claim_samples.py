@@ -73,7 +73,8 @@ class Samples:
         return {
             comparison.measure
             for comparison in claim.comparisons
-            if comparison.measure not in COMMON_MEASURES and self._lacks_model(comparison)
+            if comparison.measure not in COMMON_MEASURES
+            and any(self.source.measures(name) is None for name in comparison.conditions)
         }
 
     def unassayed_measures(self, claim: Claim) -> set[str]:
@@ -84,9 +85,6 @@ class Samples:
             if comparison.measure == UNSEEN_MAPS_MEASURE
             and any(not self.get(name, comparison.measure).size for name in comparison.conditions)
         }
-
-    def _lacks_model(self, comparison: ClaimComparison) -> bool:
-        return any(self.source.measures(name) is None for name in comparison.conditions)
 
     def meaning(self, comparison: ClaimComparison) -> str:
         """Return the meaning of a measure that a model defines, or ""."""
@@ -115,18 +113,18 @@ class Samples:
 
     def model_measures(self) -> list[ModelMeasure]:
         """Return the measures of models that claims use to compare two conditions."""
-        meanings = {}
-        for claim in self.source.claims:
-            for comparison in claim.comparisons:
-                meaning = self.meaning(comparison)
-                if comparison.b and meaning:
-                    meanings[comparison.measure] = meaning
-        conditions = [str(name) for name in self._data["condition"].values]
-        measures = []
-        for name, meaning in meanings.items():
-            values = {condition: self.get(condition, name).values for condition in conditions}
-            measures.append(ModelMeasure(name, meaning, values))
-        return measures
+        meanings = {
+            comparison.measure: meaning
+            for claim in self.source.claims
+            for comparison in claim.comparisons
+            if comparison.b and (meaning := self.meaning(comparison))
+        }
+        return [
+            ModelMeasure(
+                measure, meaning, {name: self.get(name, measure).values for name in self.n_runs}
+            )
+            for measure, meaning in meanings.items()
+        ]
 
     def _measure_model(self, condition: str, measure: str) -> xr.DataArray:
         measures = self.source.measures(condition) or {}

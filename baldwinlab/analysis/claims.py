@@ -66,21 +66,17 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
         claim for claim in claims if not (missing[claim] or unmeasured[claim] or unassayed[claim])
     ]
     findings = _find_results(evaluated, samples)
-    results = []
-    for claim in claims:
-        # A claim that cannot be evaluated has no findings.
-        comparisons = claim.comparisons if claim in evaluated else ()
-        claim_findings = tuple(findings[comparison] for comparison in comparisons)
-        results.append(
-            ClaimResult(
-                claim=claim,
-                findings=claim_findings,
-                missing=tuple(missing[claim]),
-                unmeasured=tuple(unmeasured[claim]),
-                unassayed=unassayed[claim],
-            )
+    return [
+        ClaimResult(
+            claim=claim,
+            # A claim that cannot be evaluated has no findings.
+            findings=tuple(findings[item] for item in claim.comparisons if claim in evaluated),
+            missing=tuple(missing[claim]),
+            unmeasured=tuple(unmeasured[claim]),
+            unassayed=unassayed[claim],
         )
-    return results
+        for claim in claims
+    ]
 
 
 def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
@@ -142,11 +138,7 @@ def _measure_stability(
         return nan
     a, b = _get_samples(comparison, samples)
     return direction_stability(
-        a.values,
-        b.values,
-        test.find_direction(numbers),
-        test.level,
-        is_paired=comparison.paired,
+        a.values, b.values, test.find_direction(numbers), test.level, is_paired=comparison.paired
     )
 
 

@@ -255,20 +255,12 @@ class MovieError(BaldwinLabError):
     """A movie that cannot be written."""
 
 
-def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
-    """Write a movie of one lifetime.
-
-    `path`: a .gif file, or an .mp4 file, which needs the extra `video`.
-    """
-    write_scenes([Scene(trace, width, height)], path)
-
-
 def write_scenes(
     scenes: Sequence[Scene],
     path: Path,
     report_progress: Callable[[float], object] = lambda share: None,
 ) -> None:
-    """Write a movie of several lifetimes next to each other, which show the same step.
+    """Write a movie of one or several lifetimes next to each other, which show the same step.
 
     `path`: a .gif file, or an .mp4 file, which needs the extra `video`. `report_progress`: a
     function that is called with the finished fraction of the movie, 0 to 1.

@@ -176,6 +176,6 @@ def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
 
         write_atomically(out, to_png(draw_trajectories(trace), REPLAY_MARK))
     else:
-        from baldwinlab.analysis.movie import write_movie
+        from baldwinlab.analysis.movie import Scene, write_scenes
 
-        write_movie(trace, experiment.world.width, experiment.world.height, out)
+        write_scenes([Scene(trace, experiment.world.width, experiment.world.height)], out)

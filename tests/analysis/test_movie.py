@@ -21,7 +21,6 @@ from baldwinlab.analysis.movie import (
     MovieError,
     Scene,
     SceneRenderer,
-    write_movie,
     write_scenes,
 )
 from baldwinlab.analysis.palette import MOVIE_COLORS
@@ -83,7 +82,7 @@ def test_a_legend_has_rows_only_for_species() -> None:
 
 def test_a_gif_has_the_exact_colors_of_the_species(tmp_path: Path) -> None:
     trace = species_trace(SIZES, steps=4)
-    write_movie(trace, 640, 640, tmp_path / "life.gif")
+    write_scenes([Scene(trace, 640, 640)], tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
         picture = movie.convert("RGB")
     for symbol in list_symbols(trace):
@@ -103,7 +102,7 @@ def map_colors(movie: Image.Image) -> set[tuple[int, ...]]:
 
 def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) -> None:
     experiment = shorten_preset().replace(lifetime={"steps": 60})
-    write_movie(replay(experiment, seed=1), 640, 320, tmp_path / "life.gif")
+    write_scenes([Scene(replay(experiment, seed=1), 640, 320)], tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
         assert movie.size == (640, 320 + CAPTION_HEIGHT)
         assert getattr(movie, "n_frames", 1) > 40
@@ -111,14 +110,14 @@ def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) ->
     lonely = shorten_preset("evo/A").replace(
         world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
     )
-    write_movie(replay(lonely, seed=1), 640, 640, tmp_path / "lonely.gif")
+    write_scenes([Scene(replay(lonely, seed=1), 640, 640)], tmp_path / "lonely.gif")
     assert (tmp_path / "lonely.gif").stat().st_size > 0
 
 
 @pytest.mark.nightly  # a movie with ffmpeg
 def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     path = tmp_path / "life.mp4"
-    write_movie(replay(shorten_preset(), seed=1), 640, 640, path)
+    write_scenes([Scene(replay(shorten_preset(), seed=1), 640, 640)], path)
     frames = imageio_ffmpeg.read_frames(str(path))
     assert next(frames)["size"] == (640, 640 + CAPTION_HEIGHT)
     assert sum(1 for _ in frames) == 300
@@ -133,7 +132,7 @@ def test_an_incomplete_mp4_is_an_error(tmp_path: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(imageio_ffmpeg, "write_frames", cut_short)
     with pytest.raises(OSError, match=r"Input/output error.*life\.mp4|no space is left"):
-        write_movie(replay(shorten_preset(), seed=1), 640, 640, tmp_path / "life.mp4")
+        write_scenes([Scene(replay(shorten_preset(), seed=1), 640, 640)], tmp_path / "life.mp4")
     assert not list(tmp_path.iterdir())
 
 
@@ -159,7 +158,7 @@ def test_agents_have_the_symbols_of_the_lab(tmp_path: Path) -> None:
     )
     trace = replay(experiment, seed=1)
     assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
-    write_movie(trace, 640, 640, tmp_path / "life.gif")
+    write_scenes([Scene(trace, 640, 640)], tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
         at_birth = map_colors(movie)
         movie.seek(next(step for step in range(60) if trace.eaten.values[step].any()))
@@ -180,7 +179,7 @@ def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(
     tmp_path: Path, no_video_extra: None
 ) -> None:
     with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
-        write_movie(replay(shorten_preset(), seed=1), 640, 640, tmp_path / "life.mp4")
+        write_scenes([Scene(replay(shorten_preset(), seed=1), 640, 640)], tmp_path / "life.mp4")
 
 
 def test_a_newborn_in_the_place_of_a_dead_agent_has_a_trail_of_its_own() -> None:

@@ -21,6 +21,7 @@ from baldwinlab.analysis.assays.criteria import (
     INNATE_LAST,
     RULE_SIGNS,
     Criterion,
+    Quantity,
     Terms,
     Verdict,
     combine_verdicts,
@@ -28,10 +29,9 @@ from baldwinlab.analysis.assays.criteria import (
     load_criteria,
     select_terms,
 )
-from baldwinlab.analysis.assays.evaluation import compute_quantities
-from baldwinlab.analysis.assays.values import (
+from baldwinlab.analysis.assays.evaluation import (
     Assays,
-    Quantity,
+    compute_quantities,
     drop_labels,
     evolves_and_learns,
     find_learning_conditions,
@@ -49,7 +49,7 @@ from baldwinlab.analysis.results.verdicts import (
     FamilyTest,
     correct_family,
 )
-from baldwinlab.analysis.statistics.sign_tests import sign_interval
+from baldwinlab.analysis.statistics.hypothesis_tests import sign_interval
 from baldwinlab.analysis.statistics.significance import (
     PlannedTest,
     describe_too_few,
@@ -137,12 +137,7 @@ class ConditionResult:
         if criterion in answers:
             return answers[criterion]
         criteria = {entry.id: entry for entry in load_criteria()}
-        return Answer(
-            criterion=criteria[criterion],
-            numbers=None,
-            left_out=0,
-            verdict=NOT_MEASURED,
-        )
+        return Answer(criteria[criterion], numbers=None, left_out=0, verdict=NOT_MEASURED)
 
     def answers_of_phase(self, phase: int | None) -> list[Answer]:
         """Return the answers to the criteria of a phase of the Baldwin effect."""
@@ -246,14 +241,7 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
         )
         for name in learning_conditions
     ]
-    return Analysis(
-        results=tuple(results),
-        numbers=numbers,
-        last=last,
-        tables=tables,
-        is_foraging=is_foraging,
-        instruction=instruction,
-    )
+    return Analysis(tuple(results), numbers, last, tables, is_foraging, instruction)
 
 
 def _answer_criteria(
@@ -349,15 +337,5 @@ def _compute_numbers(condition: str, table: Table) -> Iterator[Number]:
     for measure, when in table:
         (values,), left_out = _select_defined(table, (measure, when))
         if values.size:
-            median = float(np.median(values))
-            low, high = statistics.median_interval(values)
-            yield Number(
-                condition=condition,
-                measure=measure,
-                when=when,
-                runs=values.size,
-                left_out=left_out,
-                median=median,
-                low=low,
-                high=high,
-            )
+            estimate = (float(np.median(values)), *statistics.median_interval(values))
+            yield Number(condition, measure, when, values.size, left_out, *estimate)

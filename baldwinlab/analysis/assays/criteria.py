@@ -12,7 +12,6 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final, Literal, NamedTuple
 
-from baldwinlab.analysis.assays.values import Quantity
 from baldwinlab.analysis.results.verdicts import (
     EQUAL,
     NO,
@@ -23,6 +22,8 @@ from baldwinlab.analysis.results.verdicts import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 
+# A measure, and the time or the agents: ("off", "last") or ("first meal", "evolved").
+Quantity = tuple[str, str]
 Verdict = Literal["yes", "no", "equal in every run", "undecided", "not measurable", "not measured"]
 # Sign of the difference a - b that answers a criterion with yes, by rule.
 RULE_SIGNS: Final = {"greater": 1, "lower": -1}

@@ -13,9 +13,10 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayEvaluation,
     AssayFigure,
     QuantityValues,
+    Stored,
+    read_factors,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, label_learners, style_learners
-from baldwinlab.analysis.assays.values import Stored, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, label_generations, styled
 from baldwinlab.experiment.conditions import title_map

@@ -15,9 +15,11 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayEvaluation,
     AssayFigure,
     QuantityValues,
+    Stored,
+    compute_share,
+    weight_distances,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, make_blocks_of_conditions
-from baldwinlab.analysis.assays.values import Stored, compute_share, weight_distances
 from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks, start_at_zero
 from baldwinlab.analysis.figures.style import (
     BROWN,
@@ -111,7 +113,9 @@ def draw_innate_and_learned(stored: Stored, names: Sequence[str], unit: str) -> 
 def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> Figure:
     """Draw the gain from learning, and the distances of weights between birth and death."""
     distances = {name: weight_distances(stored[name]) for name in names}
-    has_weights = any(_has_values(layers) for layers in distances.values())
+    has_weights = any(
+        bool(values.notnull().any()) for layers in distances.values() for values in layers.values()
+    )
     n_rows = 2 if has_weights else 1
     figure, grid = make_blocks_of_conditions(stored, names, n_rows, 2.2)
     for panels, name in zip(grid, names, strict=True):
@@ -129,10 +133,6 @@ def draw_gain_and_distance(stored: Stored, names: Sequence[str], unit: str) -> F
     if has_weights:
         draw_legend_of_panels(figure, grid[:, 1], 2, is_below=True)
     return figure
-
-
-def _has_values(distances: Mapping[str, xr.DataArray]) -> bool:
-    return any(bool(values.notnull().any()) for values in distances.values())
 
 
 def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:

@@ -8,9 +8,13 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.evaluation import AssayEvaluation, AssayFigure, QuantityValues
+from baldwinlab.analysis.assays.evaluation import (
+    AssayEvaluation,
+    AssayFigure,
+    QuantityValues,
+    Stored,
+)
 from baldwinlab.analysis.assays.panels import make_blocks_of_conditions
-from baldwinlab.analysis.assays.values import Stored
 from baldwinlab.analysis.figures.charts import draw_strip, label_strips
 from baldwinlab.analysis.figures.style import GRAY, styled
 

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import Stored, read_factors
+from baldwinlab.analysis.assays.evaluation import Stored, read_factors
 from baldwinlab.analysis.figures.curves import draw_curve, make_blocks
 from baldwinlab.analysis.figures.line_labels import label_lines
 from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, choose_style

@@ -13,10 +13,12 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayEvaluation,
     AssayFigure,
     QuantityValues,
+    Stored,
+    compute_share,
+    read_factors,
 )
 from baldwinlab.analysis.assays.panels import draw_medians, label_learners, style_learners
 from baldwinlab.analysis.assays.reaction_panels import UNCHANGED_SETTING, make_reaction_panels
-from baldwinlab.analysis.assays.values import Stored, compute_share, read_factors
 from baldwinlab.analysis.figures.curves import start_at_zero
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.experiment.conditions import describe_map

@@ -24,13 +24,13 @@ from baldwinlab.analysis.assays.evaluation import (
     AssayFigure,
     EffectTable,
     QuantityValues,
+    Stored,
 )
 from baldwinlab.analysis.assays.panels import (
     NEWBORN_STYLES,
     draw_medians,
     make_blocks_of_conditions,
 )
-from baldwinlab.analysis.assays.values import Stored
 from baldwinlab.analysis.figures.curves import draw_legend_of_panels, label_blocks
 from baldwinlab.analysis.figures.style import styled
 

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import parse_experiments, read_factors
+from baldwinlab.analysis.assays.evaluation import parse_experiments, read_factors
 from baldwinlab.experiment.paths import short_name
 
 # Stored name of the settings with which the condition evolved.

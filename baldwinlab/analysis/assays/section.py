@@ -16,8 +16,14 @@ from baldwinlab.analysis.assays.analysis import (
     evaluate_assays,
 )
 from baldwinlab.analysis.assays.criteria import fill_terms, load_rules
-from baldwinlab.analysis.assays.evaluation import EffectTable, load_evaluations, name_measure
-from baldwinlab.analysis.assays.values import Assays, Stored, parse_experiments
+from baldwinlab.analysis.assays.evaluation import (
+    Assays,
+    EffectTable,
+    Stored,
+    load_evaluations,
+    name_measure,
+    parse_experiments,
+)
 from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import (
     Table,
@@ -105,12 +111,7 @@ def make_section(
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         numbers=_tabulate_all_numbers(analysis),
     )
-    return Section(
-        anchor="baldwin",
-        title=SECTION_TITLE,
-        body=body,
-        summary=_summarize(analysis),
-    )
+    return Section("baldwin", SECTION_TITLE, body, summary=_summarize(analysis))
 
 
 def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
@@ -320,18 +321,7 @@ def _iterate_csv_rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
 
 
 def _make_answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
-    quantity, when = answer.criterion.a
-    return {
-        "condition": condition,
-        "quantity": quantity,
-        "when": when,
-        "against": ", ".join(answer.criterion.b),
-        "runs": pairs.n,
-        "left_out": answer.left_out,
-        "median": pairs.effect,
-        "low": pairs.low,
-        "high": pairs.high,
-        "p": pairs.p,
-        "p_holm": answer.p_holm,
-        "verdict": answer.verdict,
-    }
+    names = (condition, *answer.criterion.a, ", ".join(answer.criterion.b))
+    numbers = (pairs.n, answer.left_out, pairs.effect, pairs.low, pairs.high, pairs.p)
+    values = (*names, *numbers, answer.p_holm, answer.verdict)
+    return dict(zip(CSV_COLUMNS, values, strict=True))

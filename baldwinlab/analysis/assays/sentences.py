@@ -6,8 +6,11 @@ whether learned behavior becomes innate are questions of `analysis.estimands`.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
+from functools import cache
 from itertools import chain
+from pathlib import Path
 from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
@@ -32,30 +35,16 @@ SAME: Final = "the same"
 NOTHING_INNATE_HEADLINE: Final = "learning raises fitness; no agent eats without learning"
 TOO_FEW_RUNS_NOTE: Final = " (too few runs to establish a difference)"
 TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on the effect of learning on fitness"
-PHASE_1_HEADLINES: Final = {
-    YES: "learning raises fitness",
-    NO: "not all comparisons show that learning raises fitness",
-    UNDECIDED: "undecided: the runs do not show whether learning raises fitness",
-    NOT_MEASURABLE: "not measurable: fitness is the same in all runs, with and without learning",
-    NOT_MEASURED: "unknown: fitness with and without learning was not compared",
-}
-PHASE_2_ADDITIONS: Final = {
-    YES: "; innate fitness and the innate share rise",
-    NO: "; innate fitness or the innate share does not rise",
-    UNDECIDED: "; whether innate fitness and the innate share rise is undecided",
-    NOT_MEASURABLE: "; whether innate fitness rises is not measurable, because it is constant",
-    NOT_MEASURED: "; innate fitness over the generations was not measured",
-}
 
 
 def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
     """Return one or two sentences on each measured aspect of a condition."""
     return [
         *_describe_gain(analysis, result),
-        *_describe_drift(result),
-        *_describe_newborns(result),
+        *_describe_answer(analysis, result, "learning"),
+        *_describe_answer(analysis, result, "newborns"),
         *_describe_innate(analysis, result),
-        *_describe_gain_change(result),
+        *_describe_answer(analysis, result, "need"),
         *_describe_cost(result, analysis.terms),
         *_describe_selection(result),
         *_describe_modules(analysis, result),
@@ -76,29 +65,26 @@ def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]
         )
 
 
-def _describe_drift(result: ConditionResult) -> Iterator[str]:
-    drift = result.answer("learning")
-    if drift.numbers:
-        meaning = {
-            MORE: "Learning helps more than random changes.",
-            LESS: "Random changes help more than learning.",
-            SAME: "Random changes help as much as learning.",
-            UNDECIDED: _describe_undecided(drift),
-        }
-        learning, random = format_medians(drift.numbers)
-        yield (
-            f"With random weight changes instead of learning (drift), it eats {random}; in the "
-            f"same generations it eats {learning} with learning. {meaning[_difference_sign(drift)]}"
-        )
+@cache
+def _load_texts() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
 
 
-def _describe_newborns(result: ConditionResult) -> Iterator[str]:
-    newborns = result.answer("newborns")
-    if newborns.numbers:
-        evolved, random = format_medians(newborns.numbers)
-        yield (
-            f"In their lifetime, newborns of the last generation eat {evolved}, and random genomes "
-            f"that also learn eat {random}{_note_insignificance(newborns)}."
+def _describe_answer(analysis: Analysis, result: ConditionResult, criterion: str) -> Iterator[str]:
+    """Yield the sentence of `sentences.toml` on a criterion that is measured."""
+    answer = result.answer(criterion)
+    if answer.numbers:
+        entry = _load_texts()[criterion]
+        a, b = format_medians(answer.numbers)
+        yield entry["text"].format(
+            a=a,
+            b=b,
+            meaning=entry.get(_difference_sign(answer), _describe_undecided(answer)),
+            note=_note_insignificance(answer),
+            few=TOO_FEW_RUNS_NOTE if answer.has_too_few_runs else "",
+            control=result.control,
+            last=analysis.last,
+            **analysis.terms._asdict(),
         )
 
 
@@ -106,13 +92,7 @@ def _describe_innate(analysis: Analysis, result: ConditionResult) -> Iterator[st
     if result.eats_only_with_learning:
         yield _explain_nothing_innate(result)
         return
-    innate = result.answer("innate")
-    if innate.numbers:
-        last, first = format_medians(innate.numbers)
-        yield (
-            f"With learning off, agents {analysis.terms.eat} {first} in the first {analysis.last} "
-            f"generations and {last} in the last{_note_insignificance(innate)}."
-        )
+    yield from _describe_answer(analysis, result, "innate")
     share = result.answer("share")
     if share.numbers:
         falls = _difference_sign(share) == LESS
@@ -125,7 +105,7 @@ def _describe_innate(analysis: Analysis, result: ConditionResult) -> Iterator[st
             f"The innate share is {first} % of the fitness with learning in the first generations "
             f"and {last} % in the last{_note_insignificance(share)}.{meaning}"
         )
-    yield from _describe_guidance(result, analysis.terms)
+    yield from _describe_answer(analysis, result, "guidance")
 
 
 def _explain_nothing_innate(result: ConditionResult) -> str:
@@ -136,42 +116,6 @@ def _explain_nothing_innate(result: ConditionResult) -> str:
         "fitness cannot rise. Without learning, an agent repeats one action until it senses food, "
         f"and its path does not reach food.{ability}"
     )
-
-
-def _describe_guidance(result: ConditionResult, terms: Terms) -> Iterator[str]:
-    guidance = result.answer("guidance")
-    if guidance.numbers:
-        meaning = {
-            MORE: "Innate fitness is higher after evolution with learning than without.",
-            LESS: "Innate fitness is lower after evolution with learning than without. This "
-            "comparison does not show why: the assay fork separates relaxed selection from worse "
-            "genomes.",
-            SAME: "Both are the same.",
-            UNDECIDED: _describe_undecided(guidance),
-        }
-        median, median_of_control = format_medians(guidance.numbers)
-        yield (
-            f"With learning off, agents of the last generations {terms.eat} {median}; agents of "
-            f"the no-learning control ({result.control}) {terms.eat} {median_of_control}. "
-            f"{meaning[_difference_sign(guidance)]}"
-        )
-
-
-def _describe_gain_change(result: ConditionResult) -> Iterator[str]:
-    change = result.answer("need")
-    if change.numbers:
-        verb = {
-            MORE: "rises",
-            LESS: "falls",
-            SAME: "does not change",
-            UNDECIDED: "does not change significantly",
-        }
-        note = TOO_FEW_RUNS_NOTE if change.has_too_few_runs else ""
-        last, first = format_medians(change.numbers)
-        yield (
-            f"The gain from learning {verb[_difference_sign(change)]}{note}: {first} in the first "
-            f"generations, {last} in the last."
-        )
 
 
 def _describe_cost(result: ConditionResult, terms: Terms) -> Iterator[str]:
@@ -203,16 +147,10 @@ def _describe_selection(result: ConditionResult) -> Iterator[str]:
 def _compare_with_neutral(answer: Answer) -> str:
     if answer.numbers is None:
         return ""
-    meaning = {
-        YES: "selection increases it",
-        NO: "selection does not increase it",
-        EQUAL: "both are equal in every run",
-        NOT_MEASURABLE: "the values are the same in all runs",
-        UNDECIDED: "too few runs to decide the effect of selection"
-        if answer.has_too_few_runs
-        else "the effect of selection is undecided",
-    }
-    return f"{' against '.join(format_medians(answer.numbers))} ({meaning[answer.verdict]})"
+    meaning = _load_texts()["neutral"][answer.verdict]
+    if answer.has_too_few_runs:
+        meaning = "too few runs to decide the effect of selection"
+    return f"{' against '.join(format_medians(answer.numbers))} ({meaning})"
 
 
 def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
@@ -281,11 +219,11 @@ def _describe_phases(result: ConditionResult) -> str:
     headline = (
         TOO_FEW_RUNS_HEADLINE
         if first_phase == UNDECIDED and has_too_few_runs
-        else PHASE_1_HEADLINES[first_phase]
+        else _load_texts()["phase 1"][first_phase]
     )
     if first_phase != YES and second_phase in (UNDECIDED, NOT_MEASURABLE, NOT_MEASURED):
         return headline
-    return headline + PHASE_2_ADDITIONS[second_phase]
+    return headline + _load_texts()["phase 2"][second_phase]
 
 
 def compose_headline(result: ConditionResult, terms: Terms) -> str:

@@ -12,16 +12,18 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.evaluation import (
     BANDS_NOTE,
+    RANDOM_NEWBORNS,
     AssayEvaluation,
     AssayFigure,
     QuantityValues,
+    Stored,
+    parse_generation,
 )
 from baldwinlab.analysis.assays.panels import (
     NEWBORN_STYLES,
     draw_medians,
     make_blocks_of_conditions,
 )
-from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, Stored, parse_generation
 from baldwinlab.analysis.figures.curves import (
     draw_legend_of_panels,
     draw_line,

@@ -12,8 +12,8 @@ from typing import Final, Literal, NamedTuple
 
 import xarray as xr
 
+from baldwinlab.analysis.assays.evaluation import drop_labels
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
-from baldwinlab.analysis.assays.values import drop_labels
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES
 from baldwinlab.analysis.estimands.quantitative_genetics import (
     average_difference,

@@ -20,7 +20,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.values import read_factors
+from baldwinlab.analysis.assays.evaluation import read_factors
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES, expect_offspring
 from baldwinlab.analysis.estimands.quantitative_genetics import (
     PARTS,
@@ -181,16 +181,9 @@ def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
     for quantity, values in average_changes(changes).items():
         defined = values.values[np.isfinite(values.values)]
         low, high = median_interval(defined) if defined.size else (np.nan, np.nan)
-        row = {
-            "condition": condition,
-            "trait": changes.trait,
-            "unit": changes.unit,
-            "quantity": quantity,
-            "runs": defined.size,
-            "median": float(np.median(defined)) if defined.size else np.nan,
-            "low": low,
-            "high": high,
-        }
+        median = float(np.median(defined)) if defined.size else np.nan
+        names = (condition, changes.trait, changes.unit, quantity)
+        row = dict(zip(CSV_COLUMNS, (*names, defined.size, median, low, high), strict=True))
         rows.append(row)
     return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
 

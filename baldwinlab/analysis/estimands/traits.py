@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import RANDOM_NEWBORNS, parse_generation
+from baldwinlab.analysis.assays.evaluation import RANDOM_NEWBORNS, parse_generation
 from baldwinlab.analysis.statistics.comparisons import log_ratio
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment

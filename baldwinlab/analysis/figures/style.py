@@ -150,16 +150,20 @@ class PlottedCondition(NamedTuple):
 def style_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
     """Return the conditions in the order of the study. A learner has one style on all maps."""
     factors = read_factors(dataset)
-    learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
+    learners = dict.fromkeys(levels.learner for levels in factors.values())
+    styles = {learner: choose_style(index) for index, learner in enumerate(learners)}
     return [
-        PlottedCondition(
-            name=name,
-            learner=levels.learner,
-            map_name=levels.map,
-            style=choose_style(learners.index(levels.learner)),
-        )
+        PlottedCondition(name, levels.learner, levels.map, styles[levels.learner])
         for name, levels in factors.items()
     ]
+
+
+def group_by_map(dataset: xr.Dataset) -> dict[str, list[PlottedCondition]]:
+    """Return the conditions of each map, in the order of the study."""
+    groups: dict[str, list[PlottedCondition]] = {}
+    for condition in style_conditions(dataset):
+        groups.setdefault(condition.map_name, []).append(condition)
+    return groups
 
 
 def wrap_label(label: str) -> str:

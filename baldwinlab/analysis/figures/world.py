@@ -71,10 +71,7 @@ def draw_empty_map(axes: Axes, world: World, appearance: Appearance) -> None:
 
 def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
     """Draw a solid mark with its label."""
-    left = mark["x"]
-    top = mark["y"]
-    width = mark["width"]
-    height = mark["height"]
+    left, top, width, height = (mark[key] for key in ("x", "y", "width", "height"))
     center = (left + width / 2, top + height / 2)
     is_disc = mark["kind"] == "disc"
     shape = Ellipse(center, width, height) if is_disc else Rectangle((left, top), width, height)
@@ -138,12 +135,8 @@ def _draw_species_ends(
     is_dead = last_steps < trace.sizes["step"] - 1
     handles = []
     for species_index, symbol in enumerate(symbols):
-        style: dict[str, Any] = {
-            "color": symbol.fill,
-            "marker": SHAPE_MARKERS[symbol.shape],
-            "lw": 0,
-            "ms": 4,
-        }
+        marker = SHAPE_MARKERS[symbol.shape]
+        style: dict[str, Any] = {"color": symbol.fill, "marker": marker, "lw": 0, "ms": 4}
         for selected, face in ((~is_dead, symbol.fill), (is_dead, "white")):
             is_drawn = selected & (numbers == species_index)
             axes.plot(x[is_drawn], y[is_drawn], **style, mfc=face, zorder=3)

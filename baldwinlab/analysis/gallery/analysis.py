@@ -12,9 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import Assays, find_learning_conditions, parse_experiments
-from baldwinlab.analysis.estimands import estimate
-from baldwinlab.analysis.estimands.questions import Estimate
+from baldwinlab.analysis.assays.evaluation import (
+    Assays,
+    find_learning_conditions,
+    parse_experiments,
+)
+from baldwinlab.analysis.estimands.questions import Estimate, estimate
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import find_control
@@ -80,8 +83,8 @@ def evaluate_systems(
     assayed = parse_experiments(assays)
     learning = find_learning_conditions(assays, assayed)
     systems = []
-    for name in (name for name in experiments if name in (selected or experiments)):
-        if name not in learning:
+    for name in experiments:
+        if name not in learning or name not in (selected or experiments):
             continue
         control = find_control(name, assayed)
         stored = {assay: datasets[name] for assay, datasets in assays.items() if name in datasets}
@@ -115,20 +118,12 @@ def _measure_time_to_level(
     # `clock` is the name of the variable in which a model counts evaluations.
     counter_variable = model.clock if model else ""
     unit = model.records[counter_variable].unit if model and counter_variable else "lives"
-    generations, evaluations = _find_time_to_level(
-        learner, study.data.sel(condition=condition), counter_variable, level
+    (generations, evaluations), (control_generations, control_evaluations) = (
+        _find_time_to_level(curve, study.data.sel(condition=name), counter_variable, level)
+        for name, curve in ((condition, learner), (control_name, control))
     )
-    control_generations, control_evaluations = _find_time_to_level(
-        control, study.data.sel(condition=control_name), counter_variable, level
-    )
-    return TimeToLevel(
-        level=level,
-        generations=generations,
-        control_generations=control_generations,
-        evaluations=evaluations,
-        control_evaluations=control_evaluations,
-        evaluation_unit=unit,
-    )
+    numbers = (generations, control_generations, evaluations, control_evaluations)
+    return TimeToLevel(level, *numbers, unit)
 
 
 def _final_median(mean_fitness: xr.DataArray, last: int) -> float:

@@ -19,8 +19,8 @@ from baldwinlab.analysis.results.numbers import finite_or_none
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, TOO_FEW_RUNS, UNDECIDED, YES
 from baldwinlab.analysis.statistics.bootstrap import Sample, resample_medians
 from baldwinlab.analysis.statistics.comparisons import MIN_STABILITY, verdict_stability
+from baldwinlab.analysis.statistics.hypothesis_tests import equivalence_p, sign_interval, sign_test
 from baldwinlab.analysis.statistics.intervals import Hurdle, measure_hurdle
-from baldwinlab.analysis.statistics.sign_tests import equivalence_p, sign_interval, sign_test
 from baldwinlab.analysis.statistics.significance import (
     SIGNIFICANCE_LEVEL,
     critical_p_values,
@@ -151,11 +151,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
 
 def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
     """Describe the measured questions whose runs cannot suffice for "yes" or "opposite"."""
-    tests = [
-        plan_paired_test(decision.measurement.runs)
-        for decision in decisions
-        if decision.measurement
-    ]
+    tests = [plan_paired_test(row.measurement.runs) for row in decisions if row.measurement]
     return describe_too_few(tests, q_values)
 
 

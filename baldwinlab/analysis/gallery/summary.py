@@ -19,8 +19,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.estimands import ESTIMANDS, QUESTIONS
-from baldwinlab.analysis.estimands.questions import LOG_RATIO, Estimate, Measurability
+from baldwinlab.analysis.estimands.questions import (
+    ESTIMANDS,
+    LOG_RATIO,
+    QUESTIONS,
+    Estimate,
+    Measurability,
+)
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
 from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement, SystemName
@@ -28,7 +33,8 @@ from baldwinlab.analysis.palette import BLACK, VERMILION
 from baldwinlab.analysis.report.tables import Table, add_detail, show_verdict, tabulate
 from baldwinlab.analysis.results.numbers import format_percentage
 from baldwinlab.analysis.results.verdicts import EQUIVALENT, OPPOSITE, UNDECIDED, YES
-from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
+from baldwinlab.analysis.statistics.intervals import MIN_PAPERS, RandomEffects, combine_papers
+from baldwinlab.core.numbers import format_count
 
 CLASSES: Final[tuple[Measurability, ...]] = get_args(Measurability)
 TITLES: Final = {estimand.question: estimand.statement for estimand in ESTIMANDS}
@@ -136,8 +142,9 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
     counts = Counter(decision.estimate.measurability for decision in decisions)
     classes = "; ".join(f"{name}, {counts[name]}" for name in CLASSES if counts[name])
     yield (
-        f"The table has {_count(len(systems), 'system')} of {_count(len(papers), 'paper')} and "
-        f"{_count(len(decisions), 'question')}: {classes}."
+        f"The table has {format_count(len(systems), 'system')} of "
+        f"{format_count(len(papers), 'paper')} and "
+        f"{format_count(len(decisions), 'question')}: {classes}."
     )
     for summary in summarize_questions(decisions):
         yield _conclude_question(summary)
@@ -148,8 +155,8 @@ def _conclude_question(summary: QuestionSummary) -> str:
     n_papers = sum(summary.papers.values())
     return (
         f"{summary.title} in {summary.systems.get(YES, 0)} of "
-        f"{_count(n_systems, 'measured system')}{_list_other_verdicts(summary.systems)} and in "
-        f"{summary.papers.get(YES, 0)} of {_count(n_papers, 'paper')}"
+        f"{format_count(n_systems, 'measured system')}{_list_other_verdicts(summary.systems)} and "
+        f"in {summary.papers.get(YES, 0)} of {format_count(n_papers, 'paper')}"
         f"{_list_other_verdicts(summary.papers)}; {_describe_mean(summary)}."
     )
 
@@ -254,11 +261,6 @@ def describe_terms(estimate: Estimate) -> list[str]:
         f"{name} {format_effect(float(values.median()), estimate.unit)}"
         for name, values in estimate.terms.items()
     ]
-
-
-def _count(number: int, noun: str) -> str:
-    """Return a number with its noun, such as "1 paper" or "2 papers"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 @styled

@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -15,13 +14,16 @@ from baldwinlab.analysis.atlas.tables import estimate_mean
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates, label_strips
 from baldwinlab.analysis.figures.curves import make_panels
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
-from baldwinlab.analysis.guidance.effects import (
+from baldwinlab.analysis.guidance.predictions import (
+    AGENTS,
     CONTROL,
     COSTLY_LEARNING,
     EQUAL_EVALUATIONS,
     LEARNING,
+    POPULATION,
+    TRIALS,
+    K,
 )
-from baldwinlab.analysis.guidance.predictions import AGENTS, POPULATION, TRIALS, K
 from baldwinlab.analysis.palette import BLACK, BLUE, BROWN, GREEN, PURPLE, SKY, VERMILION
 
 STYLES: Final = {
@@ -125,14 +127,10 @@ def draw_models(groups: Mapping[str, xr.Dataset], horizon: int) -> Figure:
         for index, arm in enumerate(shown):
             if arm in effects["arm"]:
                 position = row + 1.5 * OFFSET * (index - (len(shown) - 1) / 2)
-                _draw_row(axes, position, effects.sel(arm=arm), STYLES[arm])
+                estimate = estimate_mean(effects.sel(arm=arm))[:3]
+                draw_estimates(axes, position, estimate, STYLES[arm], is_horizontal=True)
     axes.axvline(0, color=GRAY, lw=1)
     label_strips(axes, list(groups))
     axes.set_xlabel(f"relative {EFFECT_LABEL}")
     _draw_legend(figure, shown)
     return figure
-
-
-def _draw_row(axes: Axes, position: float, effects: xr.DataArray, style: EstimateStyle) -> None:
-    estimate = estimate_mean(effects)[:3]
-    draw_estimates(axes, position, estimate, style, is_horizontal=True)

@@ -1,5 +1,9 @@
 """Predictions of the study what-guides: each function evaluates one prediction.
 
+An effect is the innate fitness of an arm minus that of the control. All arms evolve through the
+same number of common generations without learning before innate fitness is measured. A difference
+is thus due to the history of the genomes.
+
 A function returns a verdict, and the deciding numbers as text: estimate, interval and bound. A
 landscape is a run. Cells with the same run and the same K have the same landscape, so values are
 averaged over the cells of a run before an interval is computed.
@@ -17,13 +21,6 @@ import xarray as xr
 
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, AtlasEvaluation
 from baldwinlab.analysis.atlas.tables import MeanInterval, estimate_mean, is_equivalent
-from baldwinlab.analysis.guidance.effects import (
-    CONTROL,
-    COSTLY_LEARNING,
-    EQUAL_EVALUATIONS,
-    LEARNING,
-    compute_effects,
-)
 from baldwinlab.analysis.results.numbers import format_estimate
 from baldwinlab.analysis.results.verdicts import (
     FAILS,
@@ -48,6 +45,9 @@ Floats = npt.NDArray[np.float64]
 # A verdict, and the numbers that decide.
 Decision = tuple[Verdict, str]
 
+CONTROL: Final = "control"
+EQUAL_EVALUATIONS: Final = "equal-evaluations"
+LEARNING: Final = "learning"
 K: Final = "nk_climbers.k"
 TRIALS: Final = "nk_climbers.trials"
 AGENTS: Final = "population.size"
@@ -57,7 +57,35 @@ CHAIN: Final = "chain"
 MAP_A: Final = "le-a"
 POPULATION: Final = "population"
 NOISE: Final = ["drift", "yoked"]
+
+
+def name_costly(arm: str) -> str:
+    """Return the name of an arm with a cost of learning.
+
+    >>> name_costly("learning")
+    'costly-learning'
+    """
+    return f"costly-{arm}"
+
+
+COSTLY_LEARNING: Final = name_costly(LEARNING)
 COSTS: Final = (COSTLY_LEARNING, LEARNING)
+
+
+def compute_effects(cells: xr.Dataset, *, is_relative: bool) -> xr.DataArray:
+    """Return the effects of all arms but the control (cell, run, arm, start, horizon).
+
+    `is_relative`: divide by the higher mean innate fitness of arm and control over the runs. The
+    effect is NaN if both are 0.
+    """
+    innate = cells["innate"]
+    control = innate.sel(arm=CONTROL, drop=True)
+    arms = innate.drop_sel(arm=CONTROL)
+    effects = arms - control
+    if is_relative:
+        scale = arms.mean("run").clip(min=control.mean("run"))
+        effects = effects / scale.where(scale > 0)
+    return effects.transpose(*innate.dims)
 
 
 def add_effects(cells: xr.Dataset, *, is_relative: bool) -> xr.Dataset:

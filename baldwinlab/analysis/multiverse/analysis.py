@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -77,7 +78,8 @@ def evaluate_variant(
     for example "evo/A". `paper`: defaults to the default paper.
     """
     results = evaluate_claims(data, last, paper)
-    outcomes = {result.claim.id: _make_outcome(result.record()) for result in results}
+    # pydantic ignores the keys of a record that are not fields of `Outcome`.
+    outcomes = {result.claim.id: Outcome(**result.record()) for result in results}
     n_runs = data["energy"].notnull().any(("generation", "agent")).sum("run").values
     return VariantResult(
         name=variant.name,
@@ -91,10 +93,6 @@ def evaluate_variant(
         distance=compute_distance(outcomes, paper),
         outcomes=outcomes,
     )
-
-
-def _make_outcome(record: Mapping[str, Any]) -> Outcome:
-    return Outcome(**{name: record[name] for name in Outcome.model_fields})
 
 
 def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
@@ -118,13 +116,11 @@ def group_by_verdict(
     multiverse: Multiverse, claim: str
 ) -> dict[Verdict, tuple[VariantResult, ...]]:
     """Return the variants by the verdict on a claim, except those that do not evaluate it."""
-
-    def select_variants(verdict: Verdict) -> Iterator[VariantResult]:
-        for variant in multiverse.variants:
-            if variant.outcomes[claim].verdict == verdict:
-                yield variant
-
-    return {verdict: tuple(select_variants(verdict)) for verdict in DECIDED_VERDICTS}
+    variants = multiverse.variants
+    return {
+        verdict: tuple(item for item in variants if item.outcomes[claim].verdict == verdict)
+        for verdict in DECIDED_VERDICTS
+    }
 
 
 def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
@@ -178,14 +174,9 @@ def variants_with_paper_effects(multiverse: Multiverse) -> list[VariantResult]:
     paper_effects = list_paper_effects(multiverse)
 
     def has_paper_effects(variant: VariantResult) -> bool:
-        for claim, paper_effect in paper_effects.items():
-            interval = variant.outcomes[claim].interval
-            if interval is None:
-                return False
-            low, high = interval
-            if not low <= paper_effect <= high:
-                return False
-        return True
+        intervals = [variant.outcomes[claim].interval for claim in paper_effects]
+        pairs = zip(intervals, paper_effects.values(), strict=True)
+        return all(ends and ends[0] <= effect <= ends[1] for ends, effect in pairs)
 
     return [variant for variant in multiverse.variants if has_paper_effects(variant)]
 
@@ -235,47 +226,24 @@ def compute_shares(multiverse: Multiverse) -> list[Share]:
     for choice, alternatives in groups.items():
         for alternative, variants in alternatives.items():
             for claim in multiverse.claims:
-                held, decided = _count_held(variants, claim.id)
-                shares.append(
-                    Share(
-                        choice=choice,
-                        alternative=alternative,
-                        claim=claim.id,
-                        held=held,
-                        decided=decided,
-                    )
-                )
+                verdicts = [variant.outcomes[claim.id].verdict for variant in variants]
+                n_decided = sum(verdict in DECIDED_VERDICTS for verdict in verdicts)
+                held = verdicts.count(HOLDS)
+                shares.append(Share(choice, alternative, claim.id, held, n_decided))
     return shares
-
-
-def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int]:
-    verdicts = [variant.outcomes[claim].verdict for variant in variants]
-    return verdicts.count(HOLDS), sum(verdict in DECIDED_VERDICTS for verdict in verdicts)
 
 
 def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
     """Return the largest and smallest share of the choice with the largest effect on a claim."""
-    pairs = []
-    for choice in dict.fromkeys(share.choice for share in shares):
-        group = [
-            share
-            for share in shares
-            if share.choice == choice and share.claim == claim and share.share is not None
-        ]
-        if group:
-            largest = max(group, key=_share_or_zero)
-            smallest = min(group, key=_share_or_zero)
-            pairs.append((largest, smallest))
-    return max(pairs, key=_compute_range, default=None)
-
-
-def _compute_range(pair: tuple[Share, Share]) -> float:
-    largest, smallest = pair
-    return _share_or_zero(largest) - _share_or_zero(smallest)
-
-
-def _share_or_zero(share: Share) -> float:
-    return share.share or 0.0
+    groups: dict[str, list[Share]] = {}
+    for share in shares:
+        if share.claim == claim and share.decided:
+            groups.setdefault(share.choice, []).append(share)
+    pairs = [
+        (max(group, key=attrgetter("share")), min(group, key=attrgetter("share")))
+        for group in groups.values()
+    ]
+    return max(pairs, key=lambda ends: (ends[0].share or 0) - (ends[1].share or 0), default=None)
 
 
 def summarize(multiverse: Multiverse) -> dict[str, Any]:
@@ -321,17 +289,12 @@ def read_multiverse(path: Path) -> Multiverse:
         raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {key}") from None
     except ValueError:
         raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
-    if not _is_unchanged(multiverse, record):
+    is_complete = record.get("checksum") == _checksum(multiverse)
+    if not is_complete or record.get("summary") != summarize(multiverse):
         raise ValueError(
             f"{path} was changed after `baldwinlab multiverse` wrote it. Run that command again."
         )
     return multiverse
-
-
-def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
-    """Return whether checksum and summary of a file fit the content."""
-    has_checksum = record.get("checksum") == _checksum(multiverse)
-    return bool(has_checksum and record.get("summary") == summarize(multiverse))
 
 
 def _read_bytes(path: Path) -> bytes:

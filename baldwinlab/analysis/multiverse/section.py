@@ -67,13 +67,7 @@ def make_section(
         paper_effects=paper_effects,
         distances=_tabulate_distances(singles.variants, paper_effects),
     )
-    return Section(
-        anchor="variants",
-        title="Variants of the paper",
-        body=body,
-        summary=sentences[0],
-        claims_note=explanation,
-    )
+    return Section("variants", "Variants of the paper", body, sentences[0], explanation)
 
 
 def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
@@ -211,7 +205,8 @@ def draw_variants(multiverse: Multiverse) -> Figure:
         ListedColormap([VERDICT_COLORS[verdict] for verdict in verdicts]),
         (0, len(verdicts) - 1),
     )
-    _label_claims(axes, [_label_variant(variant) for variant in variants], claims)
+    labels = [f"{variant.name}  {''.join(variant.choices)}".rstrip() for variant in variants]
+    _label_claims(axes, labels, claims)
     choices = [min(variant.choices, default="") for variant in variants]  # At most one each.
     _draw_cell_borders(axes, len(claims), choices)
     drawn_verdicts = {outcome.verdict for row in outcomes for outcome in row}
@@ -226,10 +221,6 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     ]
     figure.legend(handles=legend_handles, loc="outside lower center", ncols=len(legend_handles))
     return figure
-
-
-def _label_variant(variant: VariantResult) -> str:
-    return f"{variant.name}  {''.join(variant.choices)}".rstrip()
 
 
 def _format_outcome(outcome: Outcome) -> str:

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.claim_results import ClaimResult, Finding
+from baldwinlab.analysis.claim_results import ClaimResult, Finding, rank_weakness
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
@@ -186,12 +186,7 @@ def find_weakest_findings(result: ClaimResult) -> list[Finding]:
     findings_by_rule: dict[str, list[Finding]] = {}
     for finding in result.findings:
         findings_by_rule.setdefault(finding.comparison.rule, []).append(finding)
-    weakest = []
-    for findings in findings_by_rule.values():
-        result_of_rule = ClaimResult(claim=result.claim, findings=tuple(findings), missing=())
-        if result_of_rule.deciding:
-            weakest.append(result_of_rule.deciding)
-    return weakest
+    return [max(findings, key=rank_weakness) for findings in findings_by_rule.values()]
 
 
 def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:

@@ -137,13 +137,16 @@ def draw_report(report: ReportData) -> dict[str, Any]:
             report.data, report.experiments, report.provenance, report.variants
         ),
         "figures": drawn,
-        "main_figure": _choose_main_figure(drawn),
+        # The first figure of a result, or "".
+        "main_figure": next((entry["name"] for entry in drawn if not entry["is_setup"]), ""),
         "headline": compose_headline(report),
         "setup_note": setup.abridge_setup(report.data, report.experiments),
         "comparison_note": summarize_contrasts(contrasts)[0] if contrasts else "",
         "condition_links": link_conditions(report.lives),
         "last": report.last,
-        "changed_settings": _list_changed_settings(report),
+        "changed_settings": setup.describe_changed_settings(report, report.paper)
+        if report.paper
+        else [],
         "summary_table": _tabulate_summary(report),
         "experiments": content.read_experiment_texts(report.data),
         "provenance": report.provenance,
@@ -163,18 +166,6 @@ def _tabulate_summary(report: ReportData) -> tables.Table:
     ]
     headings = ("Runs", "Median", "Mean", "Lower quartile", "Upper quartile", "Minimum", "Maximum")
     return tables.tabulate("Statistics of each condition", ("Condition", "Measure"), headings, rows)
-
-
-def _choose_main_figure(drawn: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the figure on the first screen: the first figure of a result, or ""."""
-    names = [str(figure["name"]) for figure in drawn if not figure["is_setup"]]
-    return next(iter(names), "")
-
-
-def _list_changed_settings(report: ReportData) -> list[str]:
-    if report.paper is None:
-        return []
-    return setup.describe_changed_settings(report, report.paper)
 
 
 def _summarize_claims(report: ReportData) -> dict[str, Any]:

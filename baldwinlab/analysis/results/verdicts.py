@@ -8,7 +8,7 @@ from math import isnan
 from typing import Final, Literal, TypeVar
 
 from baldwinlab.analysis.statistics.comparisons import Comparison, Pairs
-from baldwinlab.analysis.statistics.rank_tests import holm
+from baldwinlab.analysis.statistics.hypothesis_tests import holm
 from baldwinlab.analysis.statistics.significance import (
     MIN_INTERVAL_RUNS,
     SIGNIFICANCE_LEVEL,

@@ -12,7 +12,7 @@ Specification curve: U. Simonsohn, J. P. Simmons and L. D. Nelson, Specification
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from typing import Any, Final, NamedTuple
@@ -120,21 +120,16 @@ def compare_with_noise(
     except the matched controls, in the order of `values`. The q-values of each kind of control are
     corrected over all rows.
     """
-    conditions = {factors[name]: name for name in values}
     # For example, evo+crbp+yoked is matched to evo+crbp.
     matched_names = {
         name for name in values if factors[name].learner.rpartition("+")[2] in MATCHED_KINDS
     }
     rows = [name for name in values if name not in matched_names]
-    noise = _correct(
-        {
-            name: _compare_with_best(name, values, conditions, factors, noise_controls)
-            for name in rows
-        }
-    )
+    learners = [name for name in rows if factors[name].learner not in noise_controls]
+    noise = _compare_with_best(values, factors, dict.fromkeys(learners, noise_controls))
     matched = {
-        kind: _correct(
-            {name: _compare_with_matched(name, kind, values, conditions, factors) for name in rows}
+        kind: _compare_with_best(
+            values, factors, {name: [f"{factors[name].learner}+{kind}"] for name in rows}
         )
         for kind in MATCHED_KINDS
     }
@@ -160,52 +155,30 @@ def compare_with_noise(
 
 
 def _compare_with_best(
-    name: str,
     values: Mapping[str, Sample],
-    conditions: Mapping[Factors, str],
     factors: Mapping[str, Factors],
-    noise_controls: Iterable[str],
-) -> ControlEffect | None:
-    """Compare a learner with the noise control of the largest median. None for a noise control.
+    controls: Mapping[str, Sequence[str]],
+) -> dict[str, ControlEffect]:
+    """Compare conditions with the control of the largest median on their map, with q-values.
 
-    The question is whether the learner eats more than each noise control. The p-value of this
-    intersection-union test is the largest p-value (R. L. Berger, Technometrics 24, 1982).
+    `controls`: the learners of the controls, by condition. A condition without values of a control
+    is left out. The question is whether the condition eats more than each control. The p-value of
+    this intersection-union test is the largest p-value (R. L. Berger, Technometrics 24, 1982).
     """
-    learner = factors[name]
-    if learner.learner in noise_controls:
-        return None
-    candidates = [conditions.get(learner._replace(learner=control)) for control in noise_controls]
-    comparisons = {
-        control: compare(values[name], values[control]) for control in candidates if control
-    }
-    if not comparisons:
-        return None
-    best = max(comparisons, key=lambda control: comparisons[control].median_b)
-    p = max(comparison.p for comparison in comparisons.values())
-    return ControlEffect(best, comparisons[best], p)
-
-
-def _compare_with_matched(
-    name: str,
-    kind: str,
-    values: Mapping[str, Sample],
-    conditions: Mapping[Factors, str],
-    factors: Mapping[str, Factors],
-) -> ControlEffect | None:
-    learner = factors[name]
-    control = conditions.get(learner._replace(learner=f"{learner.learner}+{kind}"))
-    if control is None:
-        return None
-    numbers = compare(values[name], values[control])
-    return ControlEffect(control, numbers, numbers.p)
-
-
-def _correct(effects: Mapping[str, ControlEffect | None]) -> dict[str, ControlEffect]:
-    """Return the effects with q-values, without the conditions that have no effect (None)."""
-    measured = {name: effect for name, effect in effects.items() if effect}
-    qs = q_values([effect.p for effect in measured.values()]).tolist()
+    conditions = {factors[name]: name for name in values}
+    effects = {}
+    for name, learners in controls.items():
+        candidates = [conditions.get(factors[name]._replace(learner=item)) for item in learners]
+        comparisons = {
+            control: compare(values[name], values[control]) for control in candidates if control
+        }
+        if comparisons:
+            best = max(comparisons, key=lambda control: comparisons[control].median_b)
+            p = max(comparison.p for comparison in comparisons.values())
+            effects[name] = ControlEffect(best, comparisons[best], p)
+    qs = q_values([effect.p for effect in effects.values()]).tolist()
     return {
-        name: effect._replace(q=q) for (name, effect), q in zip(measured.items(), qs, strict=True)
+        name: effect._replace(q=q) for (name, effect), q in zip(effects.items(), qs, strict=True)
     }
 
 
@@ -313,22 +286,19 @@ class SpecificationResults(NamedTuple):
 
         `settings`: values by specification and field, {"s01": {"learning.rate": "0.1"}}.
         """
-        fields = list(settings[self.specifications[0]])
-        indices: dict[tuple[str, str], list[int]] = {}
-        for index, name in enumerate(self.specifications):
-            for field_and_value in settings[name].items():
-                indices.setdefault(field_and_value, []).append(index)
-        return [
-            SettingRanks(field, value, len(selected), self._sort_learners(selected))
-            for (field, value), selected in sorted(
-                indices.items(), key=lambda item: fields.index(item[0][0])
-            )
-        ]
-
-    def _sort_learners(self, indices: Sequence[int]) -> dict[str, float]:
-        """Return the median rank over some specifications by learner, the best learner first."""
-        medians = {row.learner: float(np.median(row.ranks[indices])) for row in self.learners}
-        return dict(sorted(medians.items(), key=lambda item: item[1]))
+        groups = []
+        for field in settings[self.specifications[0]]:
+            values = np.array([settings[name][field] for name in self.specifications])
+            for value in dict.fromkeys(values.tolist()):
+                ranks = {
+                    row.learner: float(np.median(row.ranks[values == value]))
+                    for row in self.learners
+                }
+                sorted_ranks = dict(sorted(ranks.items(), key=lambda item: item[1]))
+                groups.append(
+                    SettingRanks(field, value, int((values == value).sum()), sorted_ranks)
+                )
+        return groups
 
 
 def evaluate_specifications(

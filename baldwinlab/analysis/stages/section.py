@@ -15,8 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.figures.charts import draw_strip, label_strips
-from baldwinlab.analysis.figures.curves import make_panels
-from baldwinlab.analysis.figures.scales import use_log_scale
+from baldwinlab.analysis.figures.curves import make_panels, use_log_scale
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, FIGURE_WIDTH, GRAY, ORANGE, styled
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
@@ -174,7 +173,11 @@ def compose_sentences(results: StagedResults) -> Iterator[str]:
         )
     for kind in MATCHED_KINDS:
         measured = [row for row in results.rows if kind in row.matched]
-        successes = [row for row in measured if _exceeds(row, kind)]
+        successes = [
+            row
+            for row in measured
+            if row.matched[kind].q < SIGNIFICANCE_LEVEL and row.matched[kind].numbers.effect > 0
+        ]
         if measured:
             yield (
                 f"{len(successes)} of {len(measured)} pairs of rule and map eat more than their "
@@ -188,11 +191,6 @@ def compose_sentences(results: StagedResults) -> Iterator[str]:
             f"rank ({format_number(best.median_rank)} of {len(curve.learners)}). The agreement of "
             f"the rank orders is W = {format_number(curve.w)} (Kendall; 0 is none, 1 is complete)."
         )
-
-
-def _exceeds(row: NoiseComparison, kind: str) -> bool:
-    effect = row.matched[kind]
-    return effect.q < SIGNIFICANCE_LEVEL and effect.numbers.effect > 0
 
 
 def _list_learners(rows: Sequence[NoiseComparison]) -> str:

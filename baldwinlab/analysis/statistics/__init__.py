@@ -27,8 +27,7 @@ from baldwinlab.analysis.statistics.comparisons import (
     compare_pairs,
     log_ratio,
 )
-from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney
-from baldwinlab.analysis.statistics.sign_tests import sign_test
+from baldwinlab.analysis.statistics.hypothesis_tests import holm, mann_whitney, sign_test
 
 __all__ = [
     "Comparison",

@@ -26,12 +26,13 @@ from baldwinlab.analysis.statistics.bootstrap import (
     resample_medians,
     split_resamples,
 )
-from baldwinlab.analysis.statistics.rank_tests import (
+from baldwinlab.analysis.statistics.hypothesis_tests import (
     has_exact_mann_whitney,
     mann_whitney,
     mann_whitney_tests,
+    sign_interval,
+    sign_test,
 )
-from baldwinlab.analysis.statistics.sign_tests import sign_interval, sign_test
 
 # Largest factor in a logarithm of a ratio.
 MAX_CHANGE = 100.0
@@ -233,18 +234,8 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     (3.5, 1.0)
     """
     pairs = compare_pairs(a, b)
-    return Comparison(
-        n_a=pairs.n,
-        n_b=pairs.n,
-        median_a=pairs.median_a,
-        median_b=pairs.median_b,
-        effect=pairs.effect,
-        low=pairs.low,
-        high=pairs.high,
-        u=nan,
-        p=pairs.p,
-        a12=pairs.a12,
-    )
+    # The fields of both classes from `median_a` to `high` are the same.
+    return Comparison(pairs.n, pairs.n, *pairs[1:6], p=pairs.p, a12=pairs.a12)
 
 
 def log_ratio(a: Sample, b: Sample) -> Sample:

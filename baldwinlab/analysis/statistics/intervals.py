@@ -1,11 +1,16 @@
-"""Intervals of curves and of proportions of runs, and the hurdle model of a bimodal effect.
+"""Intervals of curves, of proportions of runs and of several papers, and the hurdle model.
 
-The hurdle model has two parts: the fraction of runs that take off (the value exceeds a threshold),
-and the median value of these runs.
+The hurdle model of a bimodal effect has two parts: the fraction of runs that take off (the value
+exceeds a threshold), and the median value of these runs.
 
 References
 ----------
 Hurdle model: J. G. Cragg, Econometrica 39 (1971).
+Variance between papers: R. C. Paule and J. Mandel, Journal of Research of the National Bureau of
+Standards 87 (1982).
+Interval of the mean of papers: J. Hartung and G. Knapp, Statistics in Medicine 20 (2001).
+Prediction interval: J. P. T. Higgins, S. G. Thompson and D. J. Spiegelhalter, Journal of the Royal
+Statistical Society A 172 (2009).
 """
 
 from __future__ import annotations
@@ -19,10 +24,12 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL, Sample
-from baldwinlab.analysis.statistics.sign_tests import find_interval_rank
+from baldwinlab.analysis.statistics.hypothesis_tests import find_interval_rank
 
 # Probability of the upper end of a 95 % interval.
 HIGH_QUANTILE = 0.975
+# With fewer papers, the prediction interval is undefined.
+MIN_PAPERS = 3
 
 
 class CurveInterval(NamedTuple):
@@ -155,4 +162,43 @@ def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
         share_low=share_low,
         share_high=share_high,
         size=size,
+    )
+
+
+class RandomEffects(NamedTuple):
+    """Summary of the effects in several papers."""
+
+    papers: int
+    mean: float  # Mean effect of all papers that could be studied in the same way.
+    # 95 % interval of the mean.
+    low: float
+    high: float
+    # 95 % interval of the effect in another paper.
+    prediction_low: float
+    prediction_high: float
+    spread: float  # Standard deviation of the true effects between papers.
+
+
+def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:
+    """Combine the effects [paper] of at least `MIN_PAPERS` papers by a random-effects model."""
+    # The import takes seconds.
+    from statsmodels.stats.meta_analysis import combine_effects
+
+    # Fields that are not used here divide by 0 if the papers have no spread.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        model = combine_effects(effects, standard_errors**2, method_re="pm")
+    mean = float(model.mean_effect_re)
+    variance = float(model.var_hksj_re)  # Of the mean, by Hartung and Knapp.
+    tail = (1 + CONFIDENCE_LEVEL) / 2
+    margin = float(stats.t.ppf(tail, effects.size - 1)) * np.sqrt(variance)
+    deviation = np.sqrt(float(model.tau2) + variance)  # tau2: variance between papers.
+    prediction_margin = float(stats.t.ppf(tail, effects.size - 2)) * deviation
+    return RandomEffects(
+        papers=effects.size,
+        mean=mean,
+        low=float(mean - margin),
+        high=float(mean + margin),
+        prediction_low=float(mean - prediction_margin),
+        prediction_high=float(mean + prediction_margin),
+        spread=float(np.sqrt(model.tau2)),
     )

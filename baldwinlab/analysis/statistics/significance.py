@@ -24,7 +24,7 @@ from scipy import stats
 
 from baldwinlab.analysis.statistics.bootstrap import Sample
 from baldwinlab.analysis.statistics.comparisons import Comparison
-from baldwinlab.analysis.statistics.rank_tests import holm
+from baldwinlab.analysis.statistics.hypothesis_tests import holm
 from baldwinlab.core.numbers import format_count
 
 SIGNIFICANCE_LEVEL: Final = 0.05

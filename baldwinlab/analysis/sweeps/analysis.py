@@ -11,7 +11,7 @@ Rank correlation: C. Spearman, American Journal of Psychology 15 (1904).
 from __future__ import annotations
 
 from itertools import combinations
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -67,7 +67,7 @@ class Correlation(NamedTuple):
     points: int
     rho: float
     p: float  # Two-sided p-value, by Student's t.
-    p_holm: float  # p, corrected for all fields and measures.
+    p_holm: float = nan  # p, corrected for all fields and measures.
 
 
 def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
@@ -130,16 +130,13 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
     inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]  # Without 0 and 1.
     edges = np.quantile(values, inner_quantiles)
     group_indices = np.searchsorted(edges, values, side="right")
-    return [
-        _make_group(values, np.flatnonzero(group_indices == group_index))
-        for group_index in np.unique(group_indices)
-    ]
-
-
-def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group:
-    selected = values[points]
-    label = " to ".join(format_levels([selected.min().item(), selected.max().item()]))
-    return Group(label=label, position=float(np.median(selected)), points=points)
+    groups = []
+    for group_index in np.unique(group_indices):
+        points = np.flatnonzero(group_indices == group_index)
+        selected = values[points]
+        label = " to ".join(format_levels([selected.min().item(), selected.max().item()]))
+        groups.append(Group(label, float(np.median(selected)), points))
+    return groups
 
 
 def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Response]:
@@ -148,18 +145,9 @@ def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Resp
     responses = []
     for group in group_points(finals, field):
         values = finals[measure].isel(point=group.points).mean(averaged_dim)
-        mean, low, high = (float(number) for number in interval_of_mean(values, sample_dim))
+        numbers = map(float, interval_of_mean(values, sample_dim))  # Mean, low and high.
         responses.append(
-            Response(
-                field=field,
-                group=group.label,
-                position=group.position,
-                measure=measure,
-                points=len(group.points),
-                mean=mean,
-                low=low,
-                high=high,
-            )
+            Response(field, group.label, group.position, measure, len(group.points), *numbers)
         )
     return responses
 
@@ -203,18 +191,12 @@ def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
             for measure in fitness.MEASURES:
                 means = finals[measure].mean("run").dropna("point")
                 rho, p = _spearman(means[field].values, means.values)
-                correlations.append(
-                    Correlation(
-                        field=field, measure=measure, points=means.size, rho=rho, p=p, p_holm=nan
-                    )
-                )
-    p_values = np.array([correlation.p for correlation in correlations])
-    is_defined = ~np.isnan(p_values)
-    corrected = np.full(p_values.size, nan)
-    corrected[is_defined] = statistics.holm(p_values[is_defined])
+                correlations.append(Correlation(field, measure, means.size, rho, p))
+    # The corrected p-values of the defined correlations, in their order.
+    corrected = iter(statistics.holm([item.p for item in correlations if not isnan(item.p)]))
     return [
-        correlation._replace(p_holm=p_holm)
-        for correlation, p_holm in zip(correlations, corrected.tolist(), strict=True)
+        item if isnan(item.p) else item._replace(p_holm=float(next(corrected)))
+        for item in correlations
     ]
 
 
@@ -236,9 +218,9 @@ def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
     for point_index, point in enumerate(finals["point"].values.tolist()):
         settings = {field: finals[field].values[point_index].item() for field in fields}
         for measure, interval in intervals.items():
-            mean, low, high = (float(values[point_index]) for values in interval)
-            row = {"measure": measure, "runs": int(n_runs[point_index])}
-            row |= {"mean": mean, "low": low, "high": high}
+            numbers = (float(values[point_index]) for values in interval)
+            response = (measure, int(n_runs[point_index]), *numbers)
+            row = dict(zip(RESPONSE_COLUMNS, response, strict=True))
             rows.append({"point": point, **settings, **row})
     return rows
 

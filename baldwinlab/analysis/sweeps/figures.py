@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_cells, draw_estimates
-from baldwinlab.analysis.figures.curves import find_top
-from baldwinlab.analysis.figures.scales import use_log_scale
+from baldwinlab.analysis.figures.curves import find_top, use_log_scale
 from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled, wrap_label
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import analysis

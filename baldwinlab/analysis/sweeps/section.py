@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
@@ -99,7 +100,7 @@ def make_section(
         contrasts=shown_contrasts,
         figures=[
             save_and_inline(figure._replace(links=links), directory / "figures")
-            for figure in sorted(draw_figures(finals), key=_is_response)
+            for figure in sorted(draw_figures(finals), key=lambda item: item.name == RESPONSES)
         ],
         has_links=bool(links),
         sampled=is_sampled,
@@ -111,11 +112,6 @@ def make_section(
         timing=content.format_timing(provenance),
     )
     return Section(anchor="responses", title="Responses", body=body)
-
-
-def _is_response(figure: ReportFigure) -> bool:
-    """Return whether a figure shows the response to each field alone."""
-    return figure.name == RESPONSES
 
 
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
@@ -239,17 +235,12 @@ def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
 
 
 def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
-    tables = {
-        measure: analysis.compute_table(finals, row, column, measure)
-        for measure in fitness.MEASURES
-    }
-    cells = []
-    for row_index, row_value in enumerate(analysis.list_values(finals[row])):
-        for column_index, column_value in enumerate(analysis.list_values(finals[column])):
-            cell = (row_index, column_index)
-            values = {measure: float(table[cell]) for measure, table in tables.items()}
-            cells.append({row: row_value, column: column_value, **values})
-    return cells
+    tables = [analysis.compute_table(finals, row, column, name) for name in fitness.MEASURES]
+    settings = product(*(analysis.list_values(finals[field]) for field in (row, column)))
+    return [
+        dict(zip((row, column, *fitness.MEASURES), (*pair, *map(float, values)), strict=True))
+        for pair, *values in zip(settings, *(table.ravel() for table in tables), strict=True)
+    ]
 
 
 def describe_effects(finals: xr.Dataset) -> Iterator[str]:
@@ -331,8 +322,7 @@ def _select_points(means: np.ndarray) -> list[int]:
 
 
 def _label_point(finals: xr.Dataset, point: int) -> str:
-    settings = {
-        field: format_levels(finals[field].values.tolist())[point]
+    return ", ".join(
+        f"{field} = {format_levels(finals[field].values.tolist())[point]}"
         for field in finals.attrs["fields"]
-    }
-    return ", ".join(f"{field} = {value}" for field, value in settings.items())
+    )

@@ -16,11 +16,12 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult
 from baldwinlab.analysis.atlas.tables import estimate_mean
-from baldwinlab.analysis.guidance.effects import CONTROL, LEARNING
 from baldwinlab.analysis.guidance.figures import draw_chain, draw_effects, draw_models
 from baldwinlab.analysis.guidance.predictions import (
     CHAIN,
+    CONTROL,
     LARGE,
+    LEARNING,
     NK,
     add_effects,
     evaluate_predictions,

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.analysis.guidance.effects import (
+from baldwinlab.analysis.guidance.predictions import (
     CONTROL,
     EQUAL_EVALUATIONS,
     LEARNING,

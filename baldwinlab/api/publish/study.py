@@ -9,8 +9,12 @@ import numpy as np
 
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
-from baldwinlab.analysis.assays.evaluation import make_own_sections, select_with_quantities
-from baldwinlab.analysis.assays.values import Assays, evolves_and_learns
+from baldwinlab.analysis.assays.evaluation import (
+    Assays,
+    evolves_and_learns,
+    make_own_sections,
+    select_with_quantities,
+)
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics

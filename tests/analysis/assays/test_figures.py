@@ -10,8 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis.assays.evaluation import load_evaluations
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.evaluation import Assays, load_evaluations
 from baldwinlab.analysis.figures.style import to_svg
 from baldwinlab.analysis.typeface import TEXT_SIZE
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays

@@ -14,8 +14,8 @@ from playwright.sync_api import Browser
 from baldwinlab import papers
 from baldwinlab.analysis.assays import sentences as wording
 from baldwinlab.analysis.assays.analysis import evaluate_assays
+from baldwinlab.analysis.assays.evaluation import Assays
 from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
-from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.sections import Section, write_page
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load

@@ -14,7 +14,7 @@ from baldwinlab.analysis.gallery import decisions
 from baldwinlab.analysis.gallery.decisions import SystemName, decide
 from baldwinlab.analysis.results.verdicts import OPPOSITE, YES
 from baldwinlab.analysis.statistics import bootstrap, comparisons
-from baldwinlab.analysis.statistics.sign_tests import sign_test
+from baldwinlab.analysis.statistics.hypothesis_tests import sign_test
 from tests.analysis.gallery.null_systems import BOUND, KINDS
 
 # Numbers of runs of a system, as in the papers.

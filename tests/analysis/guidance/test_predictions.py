@@ -10,12 +10,12 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.atlas.tables import MeanInterval, estimate_mean
-from baldwinlab.analysis.guidance.effects import compute_effects
 from baldwinlab.analysis.guidance.predictions import (
     AGENTS,
     TRIALS,
     K,
     add_effects,
+    compute_effects,
     decide_equivalence,
     decide_positive,
     evaluate_predictions,

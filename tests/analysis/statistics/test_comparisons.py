@@ -19,7 +19,7 @@ from baldwinlab.analysis.statistics.comparisons import (
     direction_stability,
     verdict_stability,
 )
-from baldwinlab.analysis.statistics.rank_tests import holm, mann_whitney, mann_whitney_tests
+from baldwinlab.analysis.statistics.hypothesis_tests import holm, mann_whitney, mann_whitney_tests
 from baldwinlab.analysis.statistics.significance import PlannedTest, TestMethod
 
 samples = some.lists(some.integers(-5, 5).map(float), min_size=1, max_size=7)

@@ -13,8 +13,7 @@ from scipy import stats
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import compare
-from baldwinlab.analysis.statistics.rank_tests import holm
-from baldwinlab.analysis.statistics.sign_tests import sign_test
+from baldwinlab.analysis.statistics.hypothesis_tests import holm, sign_test
 from baldwinlab.analysis.statistics.significance import (
     MAX_RUNS,
     PlannedTest,

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from baldwinlab.analysis.statistics.rank_tests import mann_whitney
+from baldwinlab.analysis.statistics.hypothesis_tests import mann_whitney
 from baldwinlab.analysis.statistics.survival import (
     Survival,
     compare_survival,

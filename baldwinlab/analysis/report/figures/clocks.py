@@ -7,9 +7,8 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.curves import draw_line
+from baldwinlab.analysis.figures.curves import draw_line, use_log_scale
 from baldwinlab.analysis.figures.line_labels import label_lines
-from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled, wrap_label
 from baldwinlab.analysis.report.content import (
     describe_final_medians,

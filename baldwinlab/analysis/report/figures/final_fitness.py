@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.curves import LETTER_INCHES, find_top
-from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, style_conditions, styled
+from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, group_by_map, styled
 from baldwinlab.analysis.report.content import describe_final_medians, name_fitness, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.figures import declare_figure
@@ -66,8 +65,8 @@ def draw_fitness_boxes(
     Whiskers reach to the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
-    n_boxes = Counter(condition.map_name for condition in style_conditions(dataset))
-    is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
+    n_boxes = max(map(len, group_by_map(dataset).values()))
+    is_single_column = n_boxes > MAX_BOXES_OF_HALF_WIDTH
     n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
     # Space for vertical labels in inches, by map. Horizontal labels need none.
     label_heights = {
@@ -99,9 +98,8 @@ def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
 
     If all maps have the same learners and the labels are vertical, only the last map has labels.
     """
-    labels: dict[str, list[str]] = {}
-    for condition in style_conditions(dataset):
-        labels.setdefault(condition.map_name, []).append(condition.learner)
+    groups = group_by_map(dataset)
+    labels = {name: [item.learner for item in group] for name, group in groups.items()}
     *upper_maps, last_map = labels
     is_shared = all(labels[map_name] == labels[last_map] for map_name in upper_maps)
     if is_shared and not _fit_horizontally(labels[last_map]):
@@ -177,7 +175,8 @@ def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> st
     """Describe the p-values that `draw_fitness_boxes` draws, or return "" without any."""
     has_brackets = False
     baselines: dict[str, None] = {}
-    for names in _names_by_map(dataset):
+    for conditions in group_by_map(dataset).values():
+        names = [condition.name for condition in conditions]
         for measure in MEASURE_TITLES:
             brackets = _make_brackets(names, _select_findings(results, measure))
             is_crowded = len(brackets) > MAX_BRACKETS
@@ -189,13 +188,6 @@ def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> st
     if baselines:
         texts.append(f"The text above a box is {correction}, against {' or '.join(baselines)}.")
     return " ".join(texts)
-
-
-def _names_by_map(dataset: xr.Dataset) -> list[list[str]]:
-    names: dict[str, list[str]] = {}
-    for condition in style_conditions(dataset):
-        names.setdefault(condition.map_name, []).append(condition.name)
-    return list(names.values())
 
 
 def _find_baselines(brackets: Sequence[_Bracket]) -> set[int]:

@@ -20,6 +20,7 @@ from baldwinlab.analysis.figures.line_labels import label_lines
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     PlottedCondition,
+    group_by_map,
     label_generations,
     style_conditions,
     styled,
@@ -30,7 +31,7 @@ from baldwinlab.analysis.report.content import (
     name_fitness,
     tabulate_generations,
 )
-from baldwinlab.analysis.report.data import ReportData, list_replay_commands
+from baldwinlab.analysis.report.data import ReportData, format_replay_command
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.headlines import name_learners
@@ -72,7 +73,9 @@ def draw_measures(report: ReportData, measures: Sequence[str]) -> ReportFigure:
         ),
         figure=draw_fitness_curves(data, measures, names),
         table=[row for measure in measures for row in tabulate_generations(data, measure)],
-        commands=list_replay_commands(report.lives) if "food_eaten" in data else (),
+        commands=[format_replay_command(life) for life in report.lives.values()]
+        if "food_eaten" in data
+        else (),
     )
 
 
@@ -94,17 +97,13 @@ def make_panels(
 
     The panels of a measure get the same vertical axis, so that maps can be compared.
     """
-    conditions = style_conditions(dataset)
-    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
+    maps = group_by_map(dataset)
     columns = 1 if is_single_column else len(measures)
     grid = figure.subplots(len(maps) * len(measures) // columns, columns, squeeze=False)
     texts = describe_measures(fitness.outcome(dataset))
     # The reshaped grid is [map, measure].
     panels = grid.reshape(len(maps), -1)
-    for row, map_name in zip(panels, maps, strict=True):
-        conditions_on_map = [
-            condition for condition in conditions if condition.map_name == map_name
-        ]
+    for row, (map_name, conditions_on_map) in zip(panels, maps.items(), strict=True):
         for axes, measure in zip(row, measures, strict=True):
             measure_title = MEASURE_TITLES.get(measure, texts[measure]["title"])
             title = (
@@ -141,8 +140,7 @@ def draw_fitness_curves(
     learners = {labels[condition.learner]: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))
     legend_height = max(LEGEND_HEIGHT, LEGEND_ROW_HEIGHT * n_legend_rows)
-    n_maps = len({condition.map_name for condition in conditions})
-    figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * n_maps))
+    figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * len(group_by_map(dataset))))
     tables = {measure: fitness.MEASURES[measure](dataset) for measure in measures}
     for axes, measure, conditions_on_map in make_panels(figure, dataset, measures=measures):
         for condition in conditions_on_map:

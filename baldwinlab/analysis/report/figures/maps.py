@@ -130,16 +130,8 @@ def make_food_appearance(world: World) -> Appearance:
 def _food_mark(region: FoodRegion) -> dict[str, Any]:
     left, right = region.x
     top, bottom = region.y
-    return {
-        "kind": "rectangle",
-        "x": left,
-        "y": top,
-        "width": right - left,
-        "height": bottom - top,
-        "color": "green",
-        "label": "food",
-        "solid": False,
-    }
+    box = {"x": left, "y": top, "width": right - left, "height": bottom - top}
+    return {"kind": "rectangle", **box, "color": "green", "label": "food", "solid": False}
 
 
 def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> None:
@@ -167,13 +159,8 @@ def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> 
         is_right = center > world.width / 2
         x = right if is_right else center
         alignment = "right" if is_right else "center"
-        axes.annotate(
-            ", ".join(texts),
-            (x, height),
-            ha=alignment,
-            va="bottom",
-            path_effects=TEXT_HALO,
-        )
+        text = ", ".join(texts)
+        axes.annotate(text, (x, height), ha=alignment, va="bottom", path_effects=TEXT_HALO)
 
 
 def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Generator) -> None:

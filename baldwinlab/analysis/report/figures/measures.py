@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
 from baldwinlab.analysis.figures.curves import draw_legend
-from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, group_by_map, style_conditions, styled
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
@@ -46,7 +46,7 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
 def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
     """Draw one or more measures, each in a panel, with a box per condition and a point per run."""
     conditions = style_conditions(dataset)
-    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
+    maps = list(group_by_map(dataset))
     learners = list(dict.fromkeys(condition.learner for condition in conditions))
     # A gap of one position separates the maps.
     positions_per_map = len(learners) + 1
@@ -60,11 +60,10 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figu
     if not has_maps:
         ticks = ([float(position) for position in positions.values()], learners)
     else:
-        positions_by_map = {
-            name: [positions[item.name] for item in conditions if item.map_name == name]
-            for name in maps
-        }
-        centers = [float(np.mean(map_positions)) for map_positions in positions_by_map.values()]
+        centers = [
+            float(np.mean([positions[condition.name] for condition in group]))
+            for group in group_by_map(dataset).values()
+        ]
         ticks = (centers, maps)
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.6 * len(measures)))
     panels = figure.subplots(len(measures), squeeze=False).flat

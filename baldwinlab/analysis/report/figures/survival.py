@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.curves import draw_line
+from baldwinlab.analysis.figures.curves import draw_line, use_log_scale
 from baldwinlab.analysis.figures.line_labels import label_lines
-from baldwinlab.analysis.figures.scales import use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData

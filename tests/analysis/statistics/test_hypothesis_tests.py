@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from scipy import stats
 
-from baldwinlab.analysis.statistics.sign_tests import (
+from baldwinlab.analysis.statistics.hypothesis_tests import (
     equivalence_p,
     sign_interval,
     sign_tails,

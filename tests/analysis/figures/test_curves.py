@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.scales import format_tick, use_log_scale
+from baldwinlab.analysis.figures.curves import format_tick, use_log_scale
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled, to_svg
 
 
