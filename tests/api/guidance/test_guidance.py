@@ -35,6 +35,7 @@ from baldwinlab.papers.guidance_design import (
     list_cells,
     read_guidance,
 )
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import POPULATION, Fork
@@ -108,7 +109,7 @@ def test_the_history_effect_is_that_of_the_fork_assay(
     samples = []
     for experiment in (cell.learner, cell.learner.without_learning()):
         histories = simulate_histories(experiment, 5, runs)
-        records = [history.record() for history in histories]
+        records = [make_record(history) for history in histories]
         samples.append(Sample(tmp_path, 5, experiment, runs, records, (), lambda _: None))
     learners, controls = samples
     fork = Fork(POPULATION, 20).measure(replace(learners, control=controls))["innate_fitness"]
