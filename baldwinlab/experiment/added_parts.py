@@ -172,9 +172,9 @@ def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, A
 def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
     fields = choosing_fields(experiment.__class__)
-    # The sort is stable, so the parts with rank 0 keep the order of the fields.
-    ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
-    for path, kind, _ in ordered_fields:
+    first_fields = [field for field in fields if field[0] not in LAST_PATHS]
+    last_fields = [field for path in LAST_PATHS for field in fields if field[0] == path]
+    for path, kind, _ in (*first_fields, *last_fields):
         # The genes of a model are not genes of parts: the model counts them as weights.
         if kind == "model":
             continue
@@ -187,7 +187,3 @@ def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
                 part = registry.find_class(kind, name)
                 if part.genes:
                     yield path, part
-
-
-def _rank(path: str) -> int:
-    return LAST_PATHS.index(path) + 1 if path in LAST_PATHS else 0
