@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas.publish import publish_atlas, write_article
+from baldwinlab.api.atlas.publish import publish_atlas
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 from baldwinlab.api.guidance.publish import publish_guidance
 from baldwinlab.api.guidance.run import GuidanceRequest, run_guidance
@@ -104,9 +104,13 @@ def reproduce(
         _require_own_settings(paper, assignments, variant, generations, steps, options)
         directory = Path(out or Path("results") / (f"{paper}-quick" if quick else paper))
         if paper == ATLAS:
-            _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
+            atlas = AtlasRequest(directory, seed, runs, quick)
+            run_atlas(atlas, options)
+            publish_atlas(atlas)
         else:
-            _reproduce_guidance(GuidanceRequest(directory, seed, runs, quick), options)
+            guidance = GuidanceRequest(directory, seed, runs, quick)
+            run_guidance(guidance, options)
+            publish_guidance(guidance)
         if json:
             print_claims(directory)
         return
@@ -133,19 +137,6 @@ def reproduce(
     study = run_reproduction(request, options)
     if json:
         print_results(study, last_generations)
-
-
-def _reproduce_atlas(request: AtlasRequest, options: RunOptions) -> None:
-    """Simulate the missing cells of all maps, and write the page, article, tables and data."""
-    run_atlas(request, options)
-    results = publish_atlas(request)
-    console.info(str(write_article(results, request.directory)))
-
-
-def _reproduce_guidance(request: GuidanceRequest, options: RunOptions) -> None:
-    """Simulate the missing cells, and write the page, article and table."""
-    run_guidance(request, options)
-    publish_guidance(request)
 
 
 def _require_options_of_all_papers(paper: str, assignments: list[str] | None, variant: str) -> None:

@@ -157,13 +157,16 @@ def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResul
 
 
 def publish_atlas(request: AtlasRequest) -> AtlasResults:
-    """Write the page, the figures, the tables and the netCDF files of a finished atlas."""
+    """Write page, figures, tables, article and netCDF files of a finished atlas."""
     folder = request.directory
     results = read_results(request)
     rows = [row for result in results.maps for row in result.rows]
     write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
     for result in results.maps:
-        write_atomically(folder / f"{result.name}.nc", to_bytes(_encode_labels(result.outcomes)))
+        # An attribute of a netCDF file must be a text.
+        texts = {name: str(value) for name, value in result.outcomes.attrs.items()}
+        content = to_bytes(result.outcomes.assign_attrs(texts))
+        write_atomically(folder / f"{result.name}.nc", content)
     write_json(folder / CLAIM_RESULTS_FILE, [record_claim(result) for result in results.claims])
     figures = folder / "figures"
     console.info("drawing the figures")
@@ -178,13 +181,9 @@ def publish_atlas(request: AtlasRequest) -> AtlasResults:
     lead = QUICK_REASON if request.is_quick else describe_claims(results.claims)
     write_page(results.design.title, lead, sections, folder / PAGE_FILE, figures)
     console.info(f"{folder / PAGE_FILE}", has_address=True)
+    article = write_atomically(folder / ARTICLE_FILE, render_article(results).encode())
+    console.info(str(article))
     return results
-
-
-def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
-    """Return the outcomes with attributes as text, which netCDF can store."""
-    attributes = {name: str(value) for name, value in outcomes.attrs.items()}
-    return outcomes.assign_attrs(attributes)
 
 
 def _render_laws(results: AtlasResults, figures: Path) -> str:
@@ -268,11 +267,6 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         runs=first.sizes["run"],
         first_run=int(first["run"][0]),
     )
-
-
-def write_article(results: AtlasResults, directory: Path) -> Path:
-    """Write the article of a finished atlas."""
-    return write_atomically(directory / ARTICLE_FILE, render_article(results).encode())
 
 
 def render_article(results: AtlasResults) -> str:

@@ -211,12 +211,6 @@ class PlannedMap:
         """Return the file of the values of a cell."""
         return cell_path(self.directory, cell)
 
-    def find_missing(self, seed: int) -> list[CellTask]:
-        """Return the tasks of the cells whose values are not stored."""
-        return [
-            CellTask(cell, self.runs) for cell in self.cells if self.read_cell(cell, seed) is None
-        ]
-
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
         """Return the values of a cell, or None if missing, damaged or of other settings."""
         return read_cell(self.path(cell.name), CellTask(cell, self.runs).identify(seed), self.runs)
@@ -237,7 +231,14 @@ def _run_maps(
 ) -> list[PlannedMap]:
     studies = [_open_map(planned, request.seed) for planned in maps]
     freeze_design(request.directory, digest_atlas(design))
-    missing = [planned.find_missing(request.seed) for planned in maps]
+    missing = [
+        [
+            CellTask(cell, planned.runs)
+            for cell in planned.cells
+            if planned.read_cell(cell, request.seed) is None
+        ]
+        for planned in maps
+    ]
     # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
     clock = RemainingTime(list(map(len, missing)), "cells")
     for planned, study, tasks in zip(maps, studies, missing, strict=True):

@@ -214,7 +214,10 @@ class ArmTable(NamedTuple):
 def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
     """Return a table per start of the common generations, with the arms of any of the groups."""
     cells_of_groups = [results.groups[name] for name in part.names]
-    arms = list(dict.fromkeys(arm for cells in cells_of_groups for arm in _name_arms(cells)))
+    all_arms = dict.fromkeys(
+        arm for cells in cells_of_groups for arm in cells["arm"].values.tolist()
+    )
+    arms = [arm for arm in all_arms if arm != CONTROL]
     tables = []
     for start, words in STARTS.items():
         rows = [
@@ -227,11 +230,6 @@ def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
             caption = f"{part.title}, {part.horizon} common generations from {words}"
             tables.append(ArmTable(caption, arms, rows))
     return tables
-
-
-def _name_arms(cells: xr.Dataset) -> list[str]:
-    arms: list[str] = cells["arm"].values.tolist()
-    return [arm for arm in arms if arm != CONTROL]
 
 
 def _format_effect(cells: xr.Dataset, name: str, arm: str, start: str, horizon: int) -> str:

@@ -7,7 +7,7 @@ DIR/frozen.json     SHA-256 of the design at the first start
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -161,8 +161,4 @@ def read_groups(request: GuidanceRequest, design: GuidanceDesign) -> Mapping[str
         labels = {field: ("cell", [value]) for field, value in task.cell.values.items()}
         expanded = data.expand_dims(cell=[task.name])
         groups[task.cell.group.name].append(expanded.assign_coords(labels))
-    return {name: _stack(cells) for name, cells in groups.items()}
-
-
-def _stack(cells: Sequence[xr.Dataset]) -> xr.Dataset:
-    return xr.concat(cells, "cell", combine_attrs="drop")
+    return {name: xr.concat(cells, "cell", combine_attrs="drop") for name, cells in groups.items()}
