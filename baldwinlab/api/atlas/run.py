@@ -223,28 +223,22 @@ def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
     design = read_atlas()
     maps = list(plan_maps(request, design))
     with remove_if_refused(request.directory):
-        return _run_maps(request, options, design, maps)
-
-
-def _run_maps(
-    request: AtlasRequest, options: AssayOptions, design: AtlasDesign, maps: list[PlannedMap]
-) -> list[PlannedMap]:
-    studies = [_open_map(planned, request.seed) for planned in maps]
-    freeze_design(request.directory, digest_atlas(design))
-    missing = [
-        [
-            CellTask(cell, planned.runs)
-            for cell in planned.cells
-            if planned.read_cell(cell, request.seed) is None
+        studies = [_open_map(planned, request.seed) for planned in maps]
+        freeze_design(request.directory, digest_atlas(design))
+        missing = [
+            [
+                CellTask(cell, planned.runs)
+                for cell in planned.cells
+                if planned.read_cell(cell, request.seed) is None
+            ]
+            for planned in maps
         ]
-        for planned in maps
-    ]
-    # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
-    clock = RemainingTime(list(map(len, missing)), "cells")
-    for planned, study, tasks in zip(maps, studies, missing, strict=True):
-        clock.announce(planned.atlas_map.title)
-        if tasks:
-            simulate_cells(study, tasks, len(planned.cells), options)
+        # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
+        clock = RemainingTime(list(map(len, missing)), "cells")
+        for planned, study, tasks in zip(maps, studies, missing, strict=True):
+            clock.announce(planned.atlas_map.title)
+            if tasks:
+                simulate_cells(study, tasks, len(planned.cells), options)
     return maps
 
 
