@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -30,6 +31,16 @@ from baldwinlab.studies.store import StudyStore
 CELL_FOLDER = "cells"
 Identity = Mapping[str, str]
 """Attributes of a file that identify the settings of its cell."""
+
+
+@dataclass(frozen=True)
+class CellsRequest:
+    """A study of cells to run: the atlas, or what-guides."""
+
+    directory: Path
+    seed: int = 0
+    runs: int | None = None  # Number of runs of each cell. None: as in the design.
+    is_quick: bool = False  # Whether to run the short form, without verdicts.
 
 
 class StoredTask(Task, Protocol):

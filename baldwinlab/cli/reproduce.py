@@ -8,9 +8,10 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.atlas.publish import publish_atlas
-from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
+from baldwinlab.api.atlas.run import run_atlas
+from baldwinlab.api.cells import CellsRequest
 from baldwinlab.api.guidance.publish import publish_guidance
-from baldwinlab.api.guidance.run import GuidanceRequest, run_guidance
+from baldwinlab.api.guidance.run import run_guidance
 from baldwinlab.api.reproduce import Reproduction, reproduce_all, run_reproduction
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
@@ -103,14 +104,13 @@ def reproduce(
     if paper in (ATLAS, GUIDANCE) and not all_papers:
         _require_own_settings(paper, assignments, variant, generations, steps, options)
         directory = Path(out or Path("results") / (f"{paper}-quick" if quick else paper))
+        cells = CellsRequest(directory, seed, runs, quick)
         if paper == ATLAS:
-            atlas = AtlasRequest(directory, seed, runs, quick)
-            run_atlas(atlas, options)
-            publish_atlas(atlas)
+            run_atlas(cells, options)
+            publish_atlas(cells)
         else:
-            guidance = GuidanceRequest(directory, seed, runs, quick)
-            run_guidance(guidance, options)
-            publish_guidance(guidance)
+            run_guidance(cells, options)
+            publish_guidance(cells)
         if json:
             print_claims(directory)
         return

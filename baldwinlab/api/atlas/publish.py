@@ -46,8 +46,8 @@ from baldwinlab.analysis.report.sections import (
     write_page,
 )
 from baldwinlab.analysis.results.numbers import to_csv
-from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
-from baldwinlab.api.cells import read_digests
+from baldwinlab.api.atlas.run import PlannedMap, choose_size, plan_maps, read_map, stack_cells
+from baldwinlab.api.cells import CellsRequest, read_digests
 from baldwinlab.api.publish.registered_claims import (
     describe_claims,
     record_claim,
@@ -119,10 +119,10 @@ class AtlasResults:
     seed: int
 
 
-def read_results(request: AtlasRequest) -> AtlasResults:
+def read_results(request: CellsRequest) -> AtlasResults:
     """Return the results of a finished atlas."""
     design = read_atlas()
-    size = request.choose_size(design)
+    size = choose_size(request, design)
     maps = [
         _read_map(planned, request.seed, size.exploration_runs)
         for planned in plan_maps(request, design)
@@ -156,7 +156,7 @@ def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResul
     return MapResults(planned, cells, stack_cells(planned, outcomes))
 
 
-def publish_atlas(request: AtlasRequest) -> AtlasResults:
+def publish_atlas(request: CellsRequest) -> AtlasResults:
     """Write page, figures, tables, article and netCDF files of a finished atlas."""
     folder = request.directory
     results = read_results(request)

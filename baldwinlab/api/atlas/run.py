@@ -16,7 +16,7 @@ import numpy as np
 import tomlkit
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
-from baldwinlab.api.cells import cell_path, freeze_design, read_cell, simulate_cells
+from baldwinlab.api.cells import CellsRequest, cell_path, freeze_design, read_cell, simulate_cells
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.api.run_study import RemainingTime
 from baldwinlab.core.deferred import xr
@@ -176,25 +176,16 @@ def _label(assay: str, arrays: Mapping[str, Any], **coordinates: Sequence[Any]) 
     return data.assign_coords({name: np.asarray(labels) for name, labels in coordinates.items()})
 
 
-@dataclass(frozen=True)
-class AtlasRequest:
-    """An atlas to run."""
-
-    directory: Path  # Folder of the studies.
-    seed: int = 0
-    runs: int | None = None  # Number of runs of each cell; None for the number in the design.
-    is_quick: bool = False  # Whether to run the short form.
-
-    def choose_size(self, design: AtlasDesign) -> Size:
-        """Return the numbers of all runs and of exploratory runs of a cell."""
-        size = design.quick if self.is_quick else design.full
-        if self.runs is None:
-            return size
-        require_whole_number("runs", self.runs)
-        if self.runs <= size.exploration_runs:
-            allowed = f"must be more than the {size.exploration_runs} exploratory runs"
-            raise ArgumentError("runs", self.runs, allowed)
-        return size.model_copy(update={"runs": self.runs})
+def choose_size(request: CellsRequest, design: AtlasDesign) -> Size:
+    """Return the numbers of all runs and of exploratory runs of a cell."""
+    size = design.quick if request.is_quick else design.full
+    if request.runs is None:
+        return size
+    require_whole_number("runs", request.runs)
+    if request.runs <= size.exploration_runs:
+        allowed = f"must be more than the {size.exploration_runs} exploratory runs"
+        raise ArgumentError("runs", request.runs, allowed)
+    return size.model_copy(update={"runs": request.runs})
 
 
 @dataclass(frozen=True)
@@ -216,7 +207,7 @@ class PlannedMap:
         return read_cell(self.path(cell.name), CellTask(cell, self.runs).identify(seed), self.runs)
 
 
-def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
+def run_atlas(request: CellsRequest, options: AssayOptions) -> list[PlannedMap]:
     """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
     options.make_executor()  # Refuses an invalid executor before a file is written.
@@ -242,9 +233,9 @@ def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
     return maps
 
 
-def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
+def plan_maps(request: CellsRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
     """Yield the maps of the design with the experiments of the cells."""
-    size = request.choose_size(design)
+    size = choose_size(request, design)
     for atlas_map in design.maps:
         sweep = read_sweep(atlas_map.sweep_file)
         if request.is_quick:

@@ -34,8 +34,8 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import tabulate
 from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
-from baldwinlab.api.cells import read_digests
-from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
+from baldwinlab.api.cells import CellsRequest, read_digests
+from baldwinlab.api.guidance.run import choose_design, read_groups, require_same_design
 from baldwinlab.api.publish.registered_claims import (
     describe_claims,
     record_claim,
@@ -99,10 +99,10 @@ class GuidanceResults:
         ]
 
 
-def read_results(request: GuidanceRequest) -> GuidanceResults:
+def read_results(request: CellsRequest) -> GuidanceResults:
     """Return the results of a finished study."""
     require_same_design(request.directory)
-    design = request.choose_design()
+    design = choose_design(request)
     cells = read_groups(request, design)
     groups = {
         group.name: add_effects(cells[group.name], is_relative=group.is_relative)
@@ -113,7 +113,7 @@ def read_results(request: GuidanceRequest) -> GuidanceResults:
     return GuidanceResults(design, groups, predictions, digest, request.seed)
 
 
-def publish_guidance(request: GuidanceRequest) -> GuidanceResults:
+def publish_guidance(request: CellsRequest) -> GuidanceResults:
     """Write the page, the figures, the table, the verdicts and the article."""
     folder = request.directory
     results = read_results(request)

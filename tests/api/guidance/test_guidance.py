@@ -16,10 +16,10 @@ import xarray as xr
 
 from baldwinlab.analysis.guidance.figures import draw_effects
 from baldwinlab.analysis.results.verdicts import VERDICTS
-from baldwinlab.api.cells import read_digests
+from baldwinlab.api.cells import CellsRequest, read_digests
 from baldwinlab.api.guidance import run as run_module
 from baldwinlab.api.guidance.publish import publish_guidance, read_results, render_article
-from baldwinlab.api.guidance.run import GuidanceRequest, GuidanceTask, run_guidance
+from baldwinlab.api.guidance.run import GuidanceTask, run_guidance
 from baldwinlab.api.guidance.simulation import (
     count_agent_steps,
     list_arms,
@@ -82,18 +82,18 @@ def _use_design(design: GuidanceDesign) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory: pytest.TempPathFactory) -> GuidanceRequest:
+def quick(tmp_path_factory: pytest.TempPathFactory) -> CellsRequest:
     """Return a finished study of the quick form."""
-    request = GuidanceRequest(tmp_path_factory.mktemp("guides") / "quick", is_quick=True, runs=2)
+    request = CellsRequest(tmp_path_factory.mktemp("guides") / "quick", is_quick=True, runs=2)
     run_guidance(request, OPTIONS)
     publish_guidance(request)
     return request
 
 
 @pytest.fixture(scope="module")
-def full(tmp_path_factory: pytest.TempPathFactory) -> GuidanceRequest:
+def full(tmp_path_factory: pytest.TempPathFactory) -> CellsRequest:
     """Return a finished study of all cells, with too few runs for verdicts."""
-    request = GuidanceRequest(tmp_path_factory.mktemp("guides") / "full", runs=2)
+    request = CellsRequest(tmp_path_factory.mktemp("guides") / "full", runs=2)
     run_guidance(request, OPTIONS)
     publish_guidance(request)
     return request
@@ -179,12 +179,12 @@ def test_a_cell_has_its_arms(design: GuidanceDesign) -> None:
     assert evaluations.last_generation == 3 * 31
 
 
-def test_a_finished_study_simulates_nothing(quick: GuidanceRequest) -> None:
+def test_a_finished_study_simulates_nothing(quick: CellsRequest) -> None:
     with patch.object(GuidanceTask, "run", side_effect=AssertionError):
         run_guidance(quick, OPTIONS)
 
 
-def test_a_changed_cell_is_simulated_again(quick: GuidanceRequest) -> None:
+def test_a_changed_cell_is_simulated_again(quick: CellsRequest) -> None:
     path = quick.directory / "cells" / "le-a.nc"
     content = path.read_bytes()
     path.unlink()
@@ -201,7 +201,7 @@ def test_a_changed_cell_is_simulated_again(quick: GuidanceRequest) -> None:
     assert path.read_bytes() == content
 
 
-def test_another_design_is_refused(quick: GuidanceRequest) -> None:
+def test_another_design_is_refused(quick: CellsRequest) -> None:
     with (
         patch.object(run_module, "digest_guidance", lambda: {"design.toml": "changed"}),
         pytest.raises(RefusedError, match="the design has changed since this study began"),
@@ -211,11 +211,11 @@ def test_another_design_is_refused(quick: GuidanceRequest) -> None:
 
 def test_a_single_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="must be at least 2"):
-        run_guidance(GuidanceRequest(tmp_path / "guides", runs=1), OPTIONS)
+        run_guidance(CellsRequest(tmp_path / "guides", runs=1), OPTIONS)
     assert not (tmp_path / "guides").exists()
 
 
-def test_the_quick_form_has_no_verdict(quick: GuidanceRequest) -> None:
+def test_the_quick_form_has_no_verdict(quick: CellsRequest) -> None:
     page = (quick.directory / "what-guides.html").read_text("utf-8")
     article = (quick.directory / "article.md").read_text("utf-8")
     for text in (page, article):
@@ -228,7 +228,7 @@ def test_the_quick_form_has_no_verdict(quick: GuidanceRequest) -> None:
 
 
 def test_the_command_writes_no_verdict_in_the_quick_form(
-    quick: GuidanceRequest, command: Command
+    quick: CellsRequest, command: Command
 ) -> None:
     words = ["--quick", "--runs", "2", "--out", str(quick.directory), "--json"]
     done = command("reproduce", "what-guides", *words)
@@ -237,7 +237,7 @@ def test_the_command_writes_no_verdict_in_the_quick_form(
 
 
 def test_the_full_form_has_each_prediction_its_hash_and_each_cell(
-    full: GuidanceRequest, design: GuidanceDesign
+    full: CellsRequest, design: GuidanceDesign
 ) -> None:
     page = (full.directory / "what-guides.html").read_text("utf-8")
     assert all(f"{prediction.id}.</strong>" in page for prediction in design.predictions)
@@ -249,7 +249,7 @@ def test_the_full_form_has_each_prediction_its_hash_and_each_cell(
         assert (full.directory / "figures" / f"{name}.svg").exists()
 
 
-def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: GuidanceRequest) -> None:
+def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: CellsRequest) -> None:
     results = read_results(full)
     article = render_article(results)
     cells = results.groups["whitley-deceptive"]
@@ -262,7 +262,7 @@ def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: GuidanceR
     assert len(predicted) == 3 * 3
 
 
-def test_the_figure_has_a_point_per_value_of_each_axis(full: GuidanceRequest) -> None:
+def test_the_figure_has_a_point_per_value_of_each_axis(full: CellsRequest) -> None:
     results = read_results(full)
     figure = draw_effects([results.groups["nk"], results.groups["nk-large"]])
     labels = [[text.get_text() for text in axes.get_xticklabels()] for axes in figure.axes]
