@@ -16,7 +16,14 @@ import numpy as np
 import tomlkit
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
-from baldwinlab.api.cells import CellsRequest, cell_path, freeze_design, read_cell, simulate_cells
+from baldwinlab.api.cells import (
+    CellsRequest,
+    cell_path,
+    divide_runs,
+    freeze_design,
+    read_cell,
+    simulate_cells,
+)
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.api.run_study import RemainingTime
 from baldwinlab.core.deferred import xr
@@ -91,9 +98,10 @@ class CellTask(NamedTuple):
             n_left -= n_reported
             report_progress(n_reported)
 
+        agents = self.experiment.population.size * self.experiment.evolution.generations
         parts = [
             measure_runs(self.experiment, seed, runs, directory, report_limited)
-            for runs in _split_runs(self.experiment, self.runs)
+            for runs in divide_runs(self.runs, agents, MAX_RECORDED_AGENTS)
         ]
         report_limited(n_left)  # Report the rest, if the simulations had fewer agent-steps.
         return xr.concat(parts, "run", combine_attrs="override")
@@ -108,14 +116,6 @@ def choose_generations(experiment: BaseExperiment) -> list[int]:
 def _interval(experiment: BaseExperiment) -> int:
     """Return the number of generations between two measurements, rounded up."""
     return max(1, -(-(experiment.evolution.generations - 1) // N_INTERVALS))
-
-
-def _split_runs(experiment: BaseExperiment, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield groups of runs whose records fit into the memory."""
-    agents_of_run = experiment.population.size * experiment.evolution.generations
-    size = max(1, MAX_RECORDED_AGENTS // agents_of_run)
-    for start in range(0, len(runs), size):
-        yield runs[start : start + size]
 
 
 def measure_runs(

@@ -14,16 +14,17 @@ from typing import NamedTuple
 from baldwinlab.api.cells import (
     CellsRequest,
     cell_path,
+    divide_runs,
     freeze_design,
     read_cell,
     read_digests,
     simulate_cells,
 )
 from baldwinlab.api.guidance.simulation import (
+    AGENTS_PER_BATCH,
     count_agent_steps,
     list_arms,
     measure_runs,
-    split_batches,
 )
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.core import console
@@ -81,7 +82,7 @@ class GuidanceTask(NamedTuple):
         """Return the values of all runs, from `measure_runs`."""
         parts = [
             measure_runs(self.cell, seed, runs, report_progress)
-            for runs in split_batches(self.cell, self.runs)
+            for runs in divide_runs(self.runs, self.cell.learner.population.size, AGENTS_PER_BATCH)
         ]
         return xr.concat(parts, "run")
 

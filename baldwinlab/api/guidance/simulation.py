@@ -103,13 +103,6 @@ def _count_steps(experiment: BaseExperiment) -> int:
     return experiment.agent_steps + experiment.population.size * n_genes
 
 
-def split_batches(cell: Cell, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield the runs of each batch."""
-    size = max(1, AGENTS_PER_BATCH // cell.learner.population.size)
-    for first in range(0, len(runs), size):
-        yield runs[first : first + size]
-
-
 def _last_horizon(cell: Cell) -> int:
     return max(cell.group.horizons)
 
