@@ -128,10 +128,13 @@ def make_recordings() -> dict[str, Any]:
             for generation, newborns in enumerate(genomes)
         ]
     )
+    scenes = explorable.make_scenes()
+    # Learning is switched off from the fork on.
+    switch_off = {"generation": explorable.FORK_GENERATION, "learning.rate": 0.0}
     return {
         "curves": {
-            "alone": record_curve(explorable.make_scenes()["alone"]),
-            "forked": record_curve(explorable.make_forked_scene()),
+            "alone": record_curve(scenes["alone"]),
+            "forked": record_curve(scenes["learning"].replace(schedule=[switch_off])),
             "born": born.mean(axis=-1).T.tolist(),
         },
         "hiding": record_hiding(eaten, born),

@@ -11,7 +11,6 @@ import pytest
 
 import baldwinlab
 from baldwinlab.analysis import statistics
-from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core import console
 from baldwinlab.experiment import BaseExperiment
 
@@ -25,7 +24,7 @@ FUNCTIONS = {
 METHODS = {
     f"{title}.{name}": method
     for title, owners in {
-        "Study": (StudyRuns, baldwinlab.Study),
+        "Study": (baldwinlab.Study,),
         "Experiment": (BaseExperiment, baldwinlab.Experiment),
     }.items()
     for owner in owners

@@ -87,13 +87,9 @@ def _read_experiment(dataset: xr.Dataset) -> Experiment:
         )
     texts = dataset["experiment"]
     if texts.size != 1:
-        raise RefusedError(f"the dataset has {texts.size} experiments; {_describe_choice(dataset)}")
+        choice = "select one point of it"
+        if "condition" in dataset.coords:
+            names = [str(name) for name in dataset.condition.values.ravel()]
+            choice = f"select one of them with data.sel(condition=...); {list_names('', names)}"
+        raise RefusedError(f"the dataset has {texts.size} experiments; {choice}")
     return from_toml(str(texts.item()), source=SOURCE_NAME, lenient=True)
-
-
-def _describe_choice(dataset: xr.Dataset) -> str:
-    """Return how to select one experiment: by the name of a condition, or as point of a sweep."""
-    if "condition" not in dataset.coords:
-        return "select one point of it"
-    names = [str(name) for name in dataset.condition.values.ravel()]
-    return f"select one of them with data.sel(condition=...); {list_names('', names)}"

@@ -350,10 +350,9 @@ def estimate_later_need(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
 ) -> Need:
     """Estimate the memory and disk of assays and report. `workers`: None for one per core."""
-    by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
     need = plan.need(runs, workers or available_cores(), select_assays(paper))
     tables_need = memory.estimate_tables([(experiment, runs) for experiment in experiments])
     # The report replays a lifetime of the condition in the figure "emergence".
-    replayed_experiment = by_name.get(paper.metadata.emergence, experiments[0])
+    replayed_experiment = plan.experiments.get(paper.metadata.emergence, experiments[0])
     return need.add_later(tables_need).add_later(replay_memory(replayed_experiment))

@@ -113,16 +113,10 @@ def run_missing(
         )
     execution = require_request(request, options)
     with remove_if_refused(request.directory):
-        return _run_missing(request, execution, callback)
-
-
-def _run_missing(
-    request: StudyRequest, execution: ExecutionPlan, callback: Callback | None
-) -> StudyStore:
-    study = _open_or_create(request)
-    with hold_length(study):
-        _simulate_missing(study, request, execution, callback)
-    return study
+        study = _open_or_create(request)
+        with hold_length(study):
+            _simulate_missing(study, request, execution, callback)
+        return study
 
 
 def _simulate_missing(
@@ -169,14 +163,10 @@ def _call_alone(lock: Lock, callback: Callback, dataset: xr.Dataset) -> None:
 
 
 def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
-    """Check a request and the free resources, and return its plan. Nothing is written."""
-    execution = _check_request(request, options)
-    _require_resources(request, execution, options.force)
-    return execution
+    """Check a request and the free resources, and return its plan. Nothing is written.
 
-
-def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
-    """Return the plan of a request. Raise ArgumentError for a number that is out of range."""
+    Raise ArgumentError for a number that is out of range.
+    """
     require_whole_number("runs", request.runs, SEED_LIMIT - request.first_run)
     require_whole_number("seed", request.seed)
     executor = options.make_executor()
@@ -187,7 +177,10 @@ def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
         parallel_tasks = max(parallel_tasks, len(request.experiments), backend.tasks)
     for experiment in request.experiments:
         require_founders(experiment, request.first_run + request.runs)
-    return ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
+    interval = Interval.parse(options.checkpoint)
+    execution = ExecutionPlan(executor, backend, parallel_tasks, interval)
+    _require_resources(request, execution, options.force)
+    return execution
 
 
 def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:

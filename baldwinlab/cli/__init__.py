@@ -100,7 +100,9 @@ def main() -> None:
     except KeyboardInterrupt as error:
         _fail(str(error) or "Interrupted.", INTERRUPTED_STATUS)
     except OSError as error:
-        _fail(_describe_os_error(error), FAILURE_STATUS)
+        has_file = error.filename and error.strerror
+        reason = f"{error.filename}: {error.strerror}" if has_file else error.strerror
+        _fail(reason or str(error), FAILURE_STATUS)
     finally:
         console.reserve_stdout(False)
 
@@ -110,12 +112,6 @@ def _label_files() -> dict[str, str]:
     from baldwinlab.experiment.registry import label_files
 
     return label_files()
-
-
-def _describe_os_error(error: OSError) -> str:
-    if error.filename and error.strerror:
-        return f"{error.filename}: {error.strerror}"
-    return error.strerror or str(error)
 
 
 def _ignore_local_matplotlibrc() -> None:

@@ -68,7 +68,9 @@ def doctor(
 
 def examine(folder: Path) -> Iterator[DoctorFinding]:
     """Yield the findings on this machine. `folder`: for studies; it may not exist yet."""
-    yield _check_python()
+    system = f"{platform.system()} {platform.machine()}"
+    message = f"{platform.python_version()} on {system}, baldwinlab {__version__}"
+    yield DoctorFinding("Python", "well", message)
     yield from _check_packages()
     yield _check_cores()
     yield _check_free_space(
@@ -82,12 +84,6 @@ def examine(folder: Path) -> Iterator[DoctorFinding]:
         f"disk, {folder}", resources.free_disk(folder), "write studies to another disk with --out"
     )
     yield _check_gpu()
-
-
-def _check_python() -> DoctorFinding:
-    system = f"{platform.system()} {platform.machine()}"
-    message = f"{platform.python_version()} on {system}, baldwinlab {__version__}"
-    return DoctorFinding("Python", "well", message)
 
 
 def _check_packages() -> Iterator[DoctorFinding]:

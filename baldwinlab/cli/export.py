@@ -181,18 +181,15 @@ def _list_option_types() -> dict[str, Any]:
     types: dict[str, Any] = {}
     for format in FORMATS.values():
         for option in format.options:
-            types[option.name] = _make_optional(option.type)
+            # An annotated type already allows None.
+            is_optional = get_origin(option.type) is Annotated
+            types[option.name] = option.type if is_optional else option.type | None
             # {option: {help text: [formats]}}. Formats with the same text appear in one sentence.
             helps.setdefault(option.name, {}).setdefault(option.help, []).append(format.name)
     for name, formats_of_help in helps.items():
         text = " ".join(f"{', '.join(users)}: {help}" for help, users in formats_of_help.items())
         types[name] = Annotated[types[name], Parameter(help=text)]
     return types
-
-
-def _make_optional(kind: Any) -> Any:
-    """Return the type of an option that can be omitted. An annotated type already allows None."""
-    return kind if get_origin(kind) is Annotated else kind | None
 
 
 if TYPE_CHECKING:

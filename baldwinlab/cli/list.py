@@ -109,19 +109,15 @@ def _list_presets() -> None:
     for paper in papers.built_in().values():
         console.info(f"{paper.name}: {paper.metadata.title}")
         for kind in presets.PRESET_KINDS:
-            _list_presets_of_kind(paper, kind)
+            names = paper.names(kind)
+            if names:
+                console.info(f"  {kind}")
+            for name in names:
+                console.info(f"    {name:<{PRESET_NAME_WIDTH}} {paper.describe(kind, name)}")
     console.info(
         "An experiment is CONDITION/MAP, such as evo+self-taught/B, or PAPER:CONDITION/MAP. "
         "The option --variant chooses a variant."
     )
-
-
-def _list_presets_of_kind(paper: Paper, kind: str) -> None:
-    names = paper.names(kind)
-    if names:
-        console.info(f"  {kind}")
-    for name in names:
-        console.info(f"    {name:<{PRESET_NAME_WIDTH}} {paper.describe(kind, name)}")
 
 
 def _list_parts() -> None:

@@ -90,7 +90,9 @@ def multiverse(
     require_whole_number("last", last_generations)
     custom_paper = None if paper == DEFAULT_PAPER else load(paper)
     variants = _list_variants(custom_paper, all_combinations)
-    out = out or _default_directory(custom_paper, all_combinations)
+    if out is None:
+        folder = "multiverse-full" if all_combinations else "multiverse"
+        out = Path("results") / (custom_paper.name if custom_paper else "paper") / folder
     request = StudyRequest(
         experiments(variants),
         out,
@@ -118,8 +120,3 @@ def _list_variants(paper: Paper | None, all_combinations: bool) -> list[Variant]
             "standard.toml in variants/"
         )
     return variants
-
-
-def _default_directory(paper: Paper | None, all_combinations: bool) -> Path:
-    folder = "multiverse-full" if all_combinations else "multiverse"
-    return Path("results") / (paper.name if paper else "paper") / folder

@@ -7,10 +7,11 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas.publish import publish_atlas, write_article
-from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
+from baldwinlab.api.atlas.publish import publish_atlas
+from baldwinlab.api.atlas.run import run_atlas
+from baldwinlab.api.cells import CellsRequest
 from baldwinlab.api.guidance.publish import publish_guidance
-from baldwinlab.api.guidance.run import GuidanceRequest, run_guidance
+from baldwinlab.api.guidance.run import run_guidance
 from baldwinlab.api.reproduce import Reproduction, reproduce_all, run_reproduction
 from baldwinlab.api.run_options import RUN_DEFAULTS, RunOptions
 from baldwinlab.cli.options import (
@@ -103,10 +104,13 @@ def reproduce(
     if paper in (ATLAS, GUIDANCE) and not all_papers:
         _require_own_settings(paper, assignments, variant, generations, steps, options)
         directory = Path(out or Path("results") / (f"{paper}-quick" if quick else paper))
+        cells = CellsRequest(directory, seed, runs, quick)
         if paper == ATLAS:
-            _reproduce_atlas(AtlasRequest(directory, seed, runs, quick), options)
+            run_atlas(cells, options)
+            publish_atlas(cells)
         else:
-            _reproduce_guidance(GuidanceRequest(directory, seed, runs, quick), options)
+            run_guidance(cells, options)
+            publish_guidance(cells)
         if json:
             print_claims(directory)
         return
@@ -133,19 +137,6 @@ def reproduce(
     study = run_reproduction(request, options)
     if json:
         print_results(study, last_generations)
-
-
-def _reproduce_atlas(request: AtlasRequest, options: RunOptions) -> None:
-    """Simulate the missing cells of all maps, and write the page, article, tables and data."""
-    run_atlas(request, options)
-    results = publish_atlas(request)
-    console.info(str(write_article(results, request.directory)))
-
-
-def _reproduce_guidance(request: GuidanceRequest, options: RunOptions) -> None:
-    """Simulate the missing cells, and write the page, article and table."""
-    run_guidance(request, options)
-    publish_guidance(request)
 
 
 def _require_options_of_all_papers(paper: str, assignments: list[str] | None, variant: str) -> None:

@@ -172,9 +172,9 @@ def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, A
 def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
     fields = choosing_fields(experiment.__class__)
-    # The sort is stable, so the parts with rank 0 keep the order of the fields.
-    ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
-    for path, kind, _ in ordered_fields:
+    first_fields = [field for field in fields if field[0] not in LAST_PATHS]
+    last_fields = [field for path in LAST_PATHS for field in fields if field[0] == path]
+    for path, kind, _ in (*first_fields, *last_fields):
         # The genes of a model are not genes of parts: the model counts them as weights.
         if kind == "model":
             continue
@@ -183,11 +183,7 @@ def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
         for name in names:
             # The parts in BUILT_IN have no genes, and loading their classes would load the engine.
             is_built_in = name in registry.BUILT_IN[kind]
-            if not is_built_in and registry.is_available(kind, name):
+            if not is_built_in and name in registry.names(kind):
                 part = registry.find_class(kind, name)
                 if part.genes:
                     yield path, part
-
-
-def _rank(path: str) -> int:
-    return LAST_PATHS.index(path) + 1 if path in LAST_PATHS else 0

@@ -197,8 +197,12 @@ class BaseExperiment(HashedFields):
         """
         return make_species_experiments(self) if self.population.species else ()
 
-    def find_conflicts(self) -> list[str]:
+    def _find_conflicts(self) -> list[str]:
         """Return a sentence for each setting that conflicts with other settings or parts."""
+        return []
+
+    def _find_diet_faults(self) -> list[str]:
+        """Return a sentence for each setting that names a missing kind of items or species."""
         return []
 
     def to_dict(self) -> dict[str, Any]:
@@ -258,10 +262,6 @@ class BaseExperiment(HashedFields):
     def has_deaths(self) -> bool:
         """Whether agents can die during a lifetime without being replaced."""
         return False
-
-    def find_diet_faults(self) -> list[str]:
-        """Return a sentence for each setting that names a missing kind of items or species."""
-        return []
 
     @property
     def may_stop(self) -> bool:
@@ -492,7 +492,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     experiment = _make_experiment(to_plain_data(tree), lenient)
     if not lenient:
         check_added_parts(experiment)
-        if conflicts := experiment.find_conflicts():
+        if conflicts := experiment._find_conflicts():
             raise ExperimentError("\n".join(conflicts))
         require_valid_schedule(experiment)
         if experiment.schedule:
@@ -500,7 +500,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
             experiment = _make_experiment(tree_with_hashes)
         if experiment.population.species:
             require_valid_species(experiment)
-        if faults := experiment.find_diet_faults():
+        if faults := experiment._find_diet_faults():
             raise ExperimentError("\n".join(faults))
         if experiment.population.species:
             species = {"population": {"species": normalize_species(experiment)}}

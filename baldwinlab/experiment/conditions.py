@@ -112,10 +112,7 @@ def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) 
     shared = {"name": experiment.name, key: tree[key]}
     if candidate_tree | shared != tree:
         return False
-    return _switches_learning_off(candidate_tree[key], tree[key])
-
-
-def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:
-    """Return whether only one setting of a model differs, which is False in `control`."""
-    differing = [name for name in settings if control.get(name) != settings[name]]
+    control = candidate_tree[key]
+    differing = [name for name in tree[key] if control.get(name) != tree[key][name]]
+    # A single setting of the model switches learning off.
     return len(differing) == 1 and control.get(differing[0]) is False

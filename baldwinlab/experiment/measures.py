@@ -74,23 +74,6 @@ def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:
     return (species == 0).mean("agent").where(has_data)
 
 
-def compute_fixation(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 for each run that ends with agents of the first species only, else 0 [run]."""
-    return (_final_share(runs) == 1) * 1.0
-
-
-def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 for each run that ends with the first and other species, else 0 [run]."""
-    share = _final_share(runs)
-    return ((share > 0) & (share < 1)) * 1.0
-
-
-def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
-    """Return the generation [run] in which the first species is lost or fixed, or NaN."""
-    share = compute_first_species_share(runs)
-    return first_generation((share == 0) | (share == 1))
-
-
 def _final_share(runs: xr.Dataset) -> xr.DataArray:
     """Return the share of the first species in the last generation, [run]."""
     return compute_first_species_share(runs).isel(generation=-1)
@@ -98,14 +81,16 @@ def _final_share(runs: xr.Dataset) -> xr.DataArray:
 
 SPECIES_MEASURES: Final[Mapping[str, Measure]] = {
     "fixation": Measure(
-        "1 if all agents at the end of the run are of the first species, else 0", compute_fixation
+        "1 if all agents at the end of the run are of the first species, else 0",
+        lambda runs: (_final_share(runs) == 1) * 1.0,
     ),
     "unresolved": Measure(
         "1 if the first species is neither fixed nor lost at the end of the run, else 0",
-        is_unresolved,
+        lambda runs: ((_final_share(runs) > 0) & (_final_share(runs) < 1)) * 1.0,
     ),
     "fixation-or-loss": Measure(
-        "first generation in which the first species is fixed or lost", count_generations_to_end
+        "first generation in which the first species is fixed or lost",
+        lambda runs: first_generation(compute_first_species_share(runs).isin([0, 1])),
     ),
 }
 

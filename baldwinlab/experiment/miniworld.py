@@ -113,20 +113,7 @@ class Experiment(BaseExperiment):
         """Whether agents are born during the lifetimes of other agents."""
         return any(feature.allows_births for feature in self.parts("world.features"))
 
-    def find_conflicts(self) -> list[str]:
-        """Return a sentence for each setting that conflicts with other settings.
-
-        Returns
-        -------
-        list of str
-            No sentence for an experiment that can run.
-
-        Examples
-        --------
-        >>> import baldwinlab as bl
-        >>> bl.load("evo/A").find_conflicts()
-        []
-        """
+    def _find_conflicts(self) -> list[str]:
         return [
             *find_world_conflicts(self),
             *find_control_conflicts(self),
@@ -140,20 +127,7 @@ class Experiment(BaseExperiment):
             member.eats.prey for member in self.species_experiments()
         )
 
-    def find_diet_faults(self) -> list[str]:
-        """Return a sentence for each setting that names a missing kind of items or species.
-
-        Returns
-        -------
-        list of str
-            No sentence for an experiment that can run.
-
-        Examples
-        --------
-        >>> import baldwinlab as bl
-        >>> bl.load("evo/A").find_diet_faults()
-        []
-        """
+    def _find_diet_faults(self) -> list[str]:
         features = self.parts("world.features")
         kinds = ["food", *(region.kind for feature in features for region in feature.items())]
         faults = [
@@ -170,39 +144,13 @@ class Experiment(BaseExperiment):
                 "'simultaneous' or remove population.species"
             )
         for species_index, member in enumerate(self.species_experiments()):
-            for path, name in member.named_species():
+            for path, name in _list_named_species(member):
                 location = f"population.species.{species_index}.{path} = {name!r}"
                 if name not in names:
                     faults.append(f"{location}: must be one of {', '.join(names)}")
                 elif name in kinds:
                     faults.append(f"{location}: a kind of items has this name; rename the species")
         return faults
-
-    def named_species(self) -> list[tuple[str, str]]:
-        """Return path and value of each setting that names a species.
-
-        A sense can name a species as `target`.
-
-        Returns
-        -------
-        list of tuple
-            The path and the value of each setting.
-
-        Examples
-        --------
-        >>> import baldwinlab as bl
-        >>> predators, prey = bl.load("predators-and-prey:prey-learns").species_experiments()
-        >>> predators.named_species()
-        [('eats.prey.0.species', 'prey'), ('senses.species_in_sight.target', 'prey')]
-        """
-        settings = [
-            (f"eats.prey.{prey_index}.species", prey.species)
-            for prey_index, prey in enumerate(self.eats.prey)
-        ]
-        for sense in self.parts("senses.kinds"):
-            if target := getattr(sense, "target", ""):
-                settings.append((f"senses.{table_name(sense.name)}.target", target))
-        return settings
 
     @property
     def part_records(self) -> dict[str, Any]:
@@ -283,6 +231,21 @@ class Experiment(BaseExperiment):
             return max(member.genome_length for member in members)
         n_rate_genes = int(self.learning.evolved_rate)
         return self.weight_count + n_rate_genes + len(self.gene_names)
+
+
+def _list_named_species(experiment: Experiment) -> list[tuple[str, str]]:
+    """Return path and value of each setting that names a species.
+
+    A sense can name a species as `target`.
+    """
+    settings = [
+        (f"eats.prey.{prey_index}.species", prey.species)
+        for prey_index, prey in enumerate(experiment.eats.prey)
+    ]
+    for sense in experiment.parts("senses.kinds"):
+        if target := getattr(sense, "target", ""):
+            settings.append((f"senses.{table_name(sense.name)}.target", target))
+    return settings
 
 
 @lru_cache(maxsize=256)

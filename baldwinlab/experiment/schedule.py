@@ -180,20 +180,14 @@ def drop_settings(
         settings = {
             path: value
             for path, value in change.items()
-            if not _is_replaced(path, replaced_values)
+            # A setting, or a list that contains the setting, gets a value.
+            if not any(path == other or path.startswith(f"{other}.") for other in replaced_values)
             and _parent_path(_parent_path(path)) not in sections
         }
         # The generation of the change always remains. A change with no other entry is dropped.
         if len(settings) > 1:
             remaining_changes.append(settings)
     return remaining_changes
-
-
-def _is_replaced(path: str, replaced_values: Mapping[str, Any]) -> bool:
-    """Return whether a setting, or a list that contains the setting, gets a value."""
-    return path in replaced_values or any(
-        path.startswith(f"{replaced}.") for replaced in replaced_values
-    )
 
 
 def _parent_path(path: str) -> str:

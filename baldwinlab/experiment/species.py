@@ -113,15 +113,15 @@ def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
 
 def _require_unshared_settings(species: Species, location: str) -> None:
     """Raise ExperimentError if a species changes a setting that all species share."""
-    shared_paths = [path for path, _ in iterate_settings(species.settings) if _is_shared(path)]
+    shared_paths = [
+        path
+        for path, _ in iterate_settings(species.settings)
+        if path.split(".")[0] in SHARED_TABLES or path in SHARED_FIELDS
+    ]
     if shared_paths:
         raise ExperimentError(
             f"{location}: all species share {', '.join(shared_paths)}; change it in the experiment"
         )
-
-
-def _is_shared(path: str) -> bool:
-    return path.split(".")[0] in SHARED_TABLES or path in SHARED_FIELDS
 
 
 def require_valid_species(experiment: Any) -> None:

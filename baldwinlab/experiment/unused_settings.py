@@ -67,14 +67,8 @@ def list_changed_unused_settings(
     return {
         path: reason
         for path, reason in list_unused_settings(experiment).items()
-        if _read_value(experiment, path) != _read_value(origin, path)
+        if look_up(experiment, path)[0] != look_up(origin, path)[0]
     }
-
-
-def _read_value(experiment: BaseExperiment, path: str) -> object:
-    value: object
-    value, _ = look_up(experiment, path)
-    return value
 
 
 def _unused_mutation_settings(experiment: BaseExperiment) -> dict[str, str]:

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from baldwinlab.core import variables
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.records import as_run, select_record
 from baldwinlab.evolution import (
     Fitness,
     Genome,
@@ -44,7 +43,6 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import RunArrays, uses_run_arrays
 from baldwinlab.parts.lifetimes import Lifetimes, map_arrays, read_lifetimes
 from baldwinlab.parts.model_part import FinalPopulation, LifeResults
-from baldwinlab.simulation.records import make_batch, read_run_arrays
 
 # Index of the parent of an agent without parents.
 NO_PARENT = -1
@@ -194,7 +192,10 @@ class Histories:
             self._allocate("species", self.species)[rows, generation] = self.species
         if self._uses_run_arrays:
             for index in self.active:
-                self.run_arrays_before[index] = _copy_arrays(self.run_arrays[index])
+                self.run_arrays_before[index] = {
+                    species: {name: array.copy() for name, array in arrays.items()}
+                    for species, arrays in self.run_arrays[index].items()
+                }
         lifetimes = read_lifetimes(settings, results, self.genomes, self.species)
         fitness_of_runs = self._compute_fitness(settings, results, lifetimes)
         self.fitness[rows, generation] = fitness_of_runs
@@ -369,12 +370,17 @@ class Histories:
                 )
 
 
-def _copy_arrays(arrays_of_species: SpeciesArrays) -> SpeciesArrays:
-    """Return a copy of the arrays of a run."""
-    return {
-        species: {name: array.copy() for name, array in arrays.items()}
-        for species, arrays in arrays_of_species.items()
-    }
+def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
+    """Return the arrays of a run before the last generation of the record, by species and key."""
+    arrays_of_species: SpeciesArrays = {}
+    for name in map(str, record.data_vars):
+        if name.startswith(variables.RUN_ARRAY_PREFIX):
+            species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
+            arrays = arrays_of_species.setdefault(int(species), {})
+            # `astype` makes a writable copy in the byte order of this machine.
+            values = record[name].values
+            arrays[key] = values.astype(values.dtype.newbyteorder("="))
+    return arrays_of_species
 
 
 def _select_population(results: LifeResults, rows: npt.NDArray[np.bool_]) -> LifeResults:
@@ -455,15 +461,3 @@ class History:
     def stored_run_arrays(self) -> SpeciesArrays:
         """Arrays of the run from before the last generation, by species."""
         return self.batch.run_arrays_before[self._index]
-
-    def dataset(self) -> xr.Dataset:
-        """Return the simulated generations as a dataset. At least one generation is required.
-
-        The dataset is bit-identical to the run of an experiment with this number of generations.
-        Copy the dataset if the simulation continues, because it uses the arrays of the history.
-        """
-        return as_run(self.record())
-
-    def record(self) -> xr.Dataset:
-        """Return the run in its stored form, with the variables of `record_variables`."""
-        return select_record(make_batch([self]).to_dataset(), 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Hashable, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -19,49 +19,21 @@ from baldwinlab.core.records import (
     BATCH_VARIABLES,
     KEPT_GENERATIONS,
     RUN_DIM,
+    as_run,
     insert_kept_generation,
     order_record,
     replace_generations,
+    select_record,
 )
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.species_breeding import SpeciesArrays
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.simulation.history import History
 
 # Padding of the array `kept_generations`: no generation.
 NO_GENERATION = -1
-
-
-class RecordedRun(Protocol):
-    """Properties of a history that a record contains. `History` describes each property."""
-
-    experiment: BaseExperiment
-    seed: int
-    run: int
-
-    @property
-    def n_generations(self) -> int: ...
-
-    @property
-    def is_stopped(self) -> bool: ...
-
-    @property
-    def recorded_names(self) -> Sequence[str]: ...
-
-    def recorded_values(self, name: str) -> npt.NDArray[Any]: ...
-
-    @property
-    def energy(self) -> npt.NDArray[np.float64]: ...
-
-    @property
-    def parents(self) -> npt.NDArray[np.int32]: ...
-
-    @property
-    def saved_genomes(self) -> Mapping[int, Genome]: ...
-
-    @property
-    def stored_run_arrays(self) -> SpeciesArrays: ...
 
 
 class RecordBatch(NamedTuple):
@@ -81,7 +53,21 @@ class RecordBatch(NamedTuple):
         return encode_arrays(self.data | self.coordinates, self.attributes)
 
 
-def encode_history(history: RecordedRun) -> bytearray:
+def make_record(history: History) -> xr.Dataset:
+    """Return the run of a history in its stored form, with the variables of `record_variables`."""
+    return select_record(make_batch([history]).to_dataset(), 0)
+
+
+def make_run_dataset(history: History) -> xr.Dataset:
+    """Return the simulated generations of a history, at least one, as a dataset.
+
+    The dataset is bit-identical to the run of an experiment with this number of generations.
+    Copy the dataset if the simulation continues, because it uses the arrays of the history.
+    """
+    return as_run(make_record(history))
+
+
+def encode_history(history: History) -> bytearray:
     """Return the bytes of the file of one history. The record has no dimension `run`."""
     batch = make_batch([history])
     data = {
@@ -93,19 +79,21 @@ def encode_history(history: RecordedRun) -> bytearray:
     coordinates = {name: array for name, array in batch.coordinates.items() if name != RUN_DIM}
     stored = LabeledArray(("kept_generation",), kept_generations)
     ordered = order_record(data, insert_kept_generation(coordinates, stored))
-    attributes = provenance_attributes(_shorten_experiment(history), history.seed, history.run)
+    attributes = provenance_attributes(
+        _shorten(history.experiment, history.n_generations), history.seed, history.run
+    )
     if history.is_stopped:
         attributes[STOP_ATTRIBUTE] = name_stop(history)
     return encode_arrays(ordered, attributes)
 
 
-def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
+def make_batch(histories: Sequence[History]) -> RecordBatch:
     """Return the records of several histories as one set of arrays.
 
     The histories must have equal `BatchKeys.key`, and at least one generation each.
     """
     longest = max(histories, key=lambda history: history.n_generations)
-    experiment = _shorten_experiment(longest)
+    experiment = _shorten(longest.experiment, longest.n_generations)
     declared = variables.record_variables(experiment)
     attributes = {**_shared_attributes(experiment, longest.seed)}
 
@@ -191,34 +179,17 @@ def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[str, Labe
     return stacked
 
 
-def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
-    """Return the arrays of a run before the last generation of the record, by species and key."""
-    arrays_of_species: SpeciesArrays = {}
-    for name in map(str, record.data_vars):
-        if name.startswith(variables.RUN_ARRAY_PREFIX):
-            species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
-            arrays = arrays_of_species.setdefault(int(species), {})
-            # `astype` makes a writable copy in the byte order of this machine.
-            values = record[name].values
-            arrays[key] = values.astype(values.dtype.newbyteorder("="))
-    return arrays_of_species
-
-
-def name_stop(history: RecordedRun) -> str:
+def name_stop(history: History) -> str:
     """Return the name of the stop part that ended a run, or "" if the run was not stopped."""
     if not history.is_stopped:
         return ""
     return str(history.experiment.at(history.n_generations - 1).evolution.stop)
 
 
-def _shorten_experiment(history: RecordedRun) -> BaseExperiment:
-    """Return the experiment with the number of generations of the history."""
-    return _shorten(history.experiment, history.n_generations)
-
-
 # All runs of a condition have the same experiment. Copying or formatting it takes a millisecond.
 @lru_cache(maxsize=64)
 def _shorten(experiment: BaseExperiment, n_generations: int) -> BaseExperiment:
+    """Return the experiment with the number of generations of a history."""
     return experiment.replace(evolution={"generations": n_generations})
 
 
@@ -236,12 +207,12 @@ class BatchKeys:
     def __init__(self) -> None:
         self._layouts: dict[int, _Layout] = {}
 
-    def key(self, history: RecordedRun) -> Hashable:
+    def key(self, history: History) -> Hashable:
         """Return the key of a history: types and shapes of its arrays, and shared attributes."""
         layout = self._layouts.get(history.n_generations)
         if layout is None:
             layout = self._layouts[history.n_generations] = _make_layout(
-                _shorten_experiment(history)
+                _shorten(history.experiment, history.n_generations)
             )
         recorded = [history.recorded_values(name) for name in history.recorded_names]
         genome = next(iter(history.saved_genomes.values()))

@@ -45,7 +45,8 @@ def replay(
     world, in the first lifetime. Raises `RefusedError` if the model has no world, if the run stops
     before the generation, or if too little memory is free.
     """
-    _require_world_number(require_world(experiment), world)
+    require_world(experiment)
+    require_whole_number("world", world, experiment.population.worlds - 1)
     require_generation(experiment, generation)
     if energy is not None:
         # The energy of the replayed generation itself is not required, therefore + 1.
@@ -82,7 +83,7 @@ def replay_genomes(
       have the sizes of the experiment.
     """
     experiment = require_world(experiment)
-    _require_world_number(experiment, world)
+    require_whole_number("world", world, experiment.population.worlds - 1)
     if experiment.population.species and species is None:
         species = _list_constant_species(experiment)
     key = GenerationKey(seed, run, generation)
@@ -99,11 +100,6 @@ def _list_constant_species(experiment: Experiment) -> SpeciesIndices:
             "'across', the sizes of the species change; replay a stored study"
         )
     return list_initial_species(experiment)
-
-
-def _require_world_number(experiment: Experiment, world: int) -> None:
-    """Raise ArgumentError if a population does not have this world."""
-    require_whole_number("world", world, experiment.population.worlds - 1)
 
 
 def require_generation(experiment: BaseExperiment, generation: int) -> None:

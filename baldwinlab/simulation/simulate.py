@@ -24,6 +24,7 @@ from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_bac
 from baldwinlab.simulation.crashes import report_crashes
 from baldwinlab.simulation.history import BranchStart, Histories, History
 from baldwinlab.simulation.memory import estimate_simulation
+from baldwinlab.simulation.records import make_run_dataset
 
 
 @check_numbers
@@ -89,7 +90,9 @@ def simulate_batch(
     backend: Backend = CPU,
 ) -> list[xr.Dataset]:
     """Simulate several runs in one batch, and return a dataset of each run."""
-    return [history.dataset() for history in simulate_histories(experiment, seed, runs, backend)]
+    return [
+        make_run_dataset(history) for history in simulate_histories(experiment, seed, runs, backend)
+    ]
 
 
 def simulate_histories(

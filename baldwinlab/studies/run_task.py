@@ -21,7 +21,7 @@ from baldwinlab.simulation.memory import (
     count_batch_runs,
     runs_per_file,
 )
-from baldwinlab.simulation.records import BatchKeys, encode_history, make_batch
+from baldwinlab.simulation.records import BatchKeys, encode_history, make_batch, make_run_dataset
 from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
@@ -245,7 +245,7 @@ class RunTask(NamedTuple):
             if self.callback:
                 for history in simulated:
                     # The dataset shares its arrays with the history, which changes later.
-                    self.callback(history.dataset().copy(deep=True))
+                    self.callback(make_run_dataset(history).copy(deep=True))
             generation = batch.n_generations - 1
             if self.observe:
                 fitness = float(batch.fitness[indices, generation].mean())

@@ -24,7 +24,8 @@ from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld import birth
 from baldwinlab.models.miniworld.allocation import array_holders
 from baldwinlab.models.miniworld.birth import replace_agent
-from baldwinlab.simulation.records import read_run_arrays
+from baldwinlab.simulation.history import read_run_arrays
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.combinations.draw import Settings, find_accepted_experiment
@@ -95,7 +96,7 @@ def poison_lane(values: Any, array: Array, lane: int) -> None:
 def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:
     """Return the record of a run."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
-        return simulate_histories(experiment, SEED, [0])[0].record()
+        return make_record(simulate_histories(experiment, SEED, [0])[0])
 
 
 def replay_last_generation(

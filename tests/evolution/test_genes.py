@@ -24,6 +24,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
 from baldwinlab.parts.loading import load_text
 from baldwinlab.simulation.history import Histories
+from baldwinlab.simulation.records import make_record, make_run_dataset
 from baldwinlab.simulation.simulate import (
     continue_histories,
     evolve_genomes,
@@ -139,9 +140,9 @@ def test_an_extended_run_has_the_genes_of_a_long_run() -> None:
     experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1))
     long = experiment.replace(evolution={"generations": 6})
     (short_history,) = simulate_histories(experiment, 1, [0])
-    extended = Histories(long, 1, [0], [short_history.record()])
+    extended = Histories(long, 1, [0], [make_record(short_history)])
     continue_histories(extended)
-    assert extended.histories[0].dataset().identical(simulate(long, seed=1))
+    assert make_run_dataset(extended.histories[0]).identical(simulate(long, seed=1))
 
 
 def test_a_schedule_changes_settings_of_an_experiment_with_genes_and_removes_no_genes() -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.simulation.records import make_run_dataset
 from baldwinlab.simulation.simulate import simulate_histories
 
 
 def simulate_runs(experiment: Any, seed: int, n_runs: int = 1) -> xr.Dataset:
     """Return the variables (run, generation, agent) of runs 0 to `n_runs` - 1."""
     histories = simulate_histories(experiment, seed, range(n_runs))
-    return xr.concat([history.dataset() for history in histories], "run")
+    return xr.concat([make_run_dataset(history) for history in histories], "run")
 
 
 def measure_runs(experiment: Any, seed: int, n_runs: int = 1) -> dict[str, npt.NDArray[np.float64]]:

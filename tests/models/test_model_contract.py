@@ -16,6 +16,7 @@ from baldwinlab.experiment.registry import LIBRARY, table_name
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import Model
 from baldwinlab.parts.views import arrays_of
+from baldwinlab.simulation.records import make_run_dataset
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.evolution.single_runs import draw_genomes
 
@@ -94,7 +95,9 @@ def test_a_run_is_bit_identical_in_a_batch(model: str) -> None:
     if model != "erl-populations":
         short += ["population.size=20"]
     experiment = assign(bl.load(model), [*short, *SHORT_RUNS[model]])
-    datasets = [history.dataset() for history in simulate_histories(experiment, 4, [0, 1, 5])]
+    datasets = [
+        make_run_dataset(history) for history in simulate_histories(experiment, 4, [0, 1, 5])
+    ]
     assert not datasets[0].energy.equals(datasets[1].energy)
     for run, dataset in zip((0, 1, 5), datasets, strict=True):
         assert dataset.equals(bl.simulate(experiment, seed=4, run=run))

@@ -17,6 +17,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.lab.pages.export import render_live_page
 from baldwinlab.parts import Fitness, per_agent, per_run
 from baldwinlab.parts.loading import load_file, parts_in
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch, simulate_histories
 from baldwinlab.studies.creation import create_study
@@ -159,7 +160,7 @@ def test_a_continued_run_has_the_bits_of_an_uninterrupted_one(stored: int) -> No
     require_continuable(experiment, stored)
     # The array before the last generation has counted the earlier ones.
     (complete,) = simulate_histories(experiment, 3, [0])
-    assert complete.record()["run_array.0.fitness.clock.mean_x"].values[1] == 4
+    assert make_record(complete)["run_array.0.fitness.clock.mean_x"].values[1] == 4
 
 
 def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_path: Path) -> None:

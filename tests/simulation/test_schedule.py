@@ -9,6 +9,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
+from baldwinlab.simulation.records import make_run_dataset
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_histories
@@ -62,7 +63,7 @@ def test_selection_changes_between_the_parents_and_the_children_of_a_generation(
 def test_a_scheduled_run_is_replayed_bred_again_and_continued_with_the_same_bits() -> None:
     scheduled = with_schedule().replace(record={"genome_every": 5})
     (history,) = simulate_histories(scheduled, 2, [0])
-    run = history.dataset()
+    run = make_run_dataset(history)
     trace = replay(scheduled, seed=2, generation=4, energy=run["energy"])
     np.testing.assert_array_equal(trace["eaten"].sum("step").values, run["food_eaten"].values[4])
     genome = restore_genomes(scheduled, run, 4)

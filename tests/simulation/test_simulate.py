@@ -12,6 +12,7 @@ import baldwinlab as bl
 from baldwinlab.core.variables import RUN_VARIABLES
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.records import make_record, make_run_dataset
 from baldwinlab.simulation.reevaluation import restore_genomes
 from baldwinlab.simulation.simulate import (
     evolve_genomes,
@@ -63,13 +64,13 @@ def test_a_history_contains_only_the_genomes_to_store() -> None:
     stored_generations = []
 
     def record_generations(histories: Sequence[History]) -> None:
-        stored_generations.append(histories[0].record().kept_generation.values.tolist())
+        stored_generations.append(make_record(histories[0]).kept_generation.values.tolist())
 
     (history,) = simulate_histories(
         experiment, seed=1, runs=[2], after_generation=record_generations
     )
     assert stored_generations == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
-    assert encode_record(history.record()) == encode_record(history.dataset())
+    assert encode_record(make_record(history)) == encode_record(make_run_dataset(history))
 
 
 @pytest.mark.parametrize(
@@ -87,7 +88,7 @@ def test_an_unfinished_run_of_a_batch_equals_a_run_of_fewer_generations() -> Non
 
     def save_datasets(histories: Sequence[History]) -> None:
         datasets[histories[0].n_generations] = [
-            history.dataset().copy(deep=True) for history in histories
+            make_run_dataset(history).copy(deep=True) for history in histories
         ]
 
     final = simulate_histories(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
@@ -97,7 +98,7 @@ def test_an_unfinished_run_of_a_batch_equals_a_run_of_fewer_generations() -> Non
         for run, number in zip(runs, (0, 4), strict=True):
             xr.testing.assert_identical(run, simulate(shorter, seed=1, run=number))
     for history, same in zip(final, datasets[5], strict=True):
-        xr.testing.assert_identical(history.dataset(), same)
+        xr.testing.assert_identical(make_run_dataset(history), same)
 
 
 @pytest.mark.parametrize("first", [0, 2, 5])

@@ -13,6 +13,7 @@ from baldwinlab.api.checks.evolution import compare_stop
 from baldwinlab.api.checks.fixture import PartGroup
 from baldwinlab.experiment import BaseExperiment, ExperimentError, assign
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.records import make_record, make_run_dataset
 from baldwinlab.simulation.simulate import simulate, simulate_histories
 from tests.oracles.parts import use_oracles
 from tests.studies.completion import require_continuable
@@ -54,7 +55,7 @@ def test_runs_of_a_batch_stop_when_their_fitness_reaches_the_target(
     name: str, statistic: str
 ) -> None:
     experiment = make_experiment(name)
-    complete = [history.dataset() for history in simulate_histories(experiment, 3, RUNS)]
+    complete = [make_run_dataset(history) for history in simulate_histories(experiment, 3, RUNS)]
     reduce = {"mean": xr.DataArray.mean, "maximum": xr.DataArray.max}[statistic]
     statistics = [reduce(run.energy, "agent") for run in complete]
     # Half of the runs reach the target.
@@ -64,7 +65,7 @@ def test_runs_of_a_batch_stop_when_their_fitness_reaches_the_target(
     targeted = make_targeted(experiment, target, statistic=statistic)
     histories = simulate_histories(targeted, 3, RUNS)
     for history, run, n_generations in zip(histories, complete, expected, strict=True):
-        require_cut(history.dataset(), run, n_generations)
+        require_cut(make_run_dataset(history), run, n_generations)
 
 
 def test_a_stopped_run_names_the_stop_and_another_run_does_not() -> None:
@@ -86,8 +87,8 @@ def test_a_single_run_has_the_bits_of_the_same_run_in_a_batch(stop: str) -> None
     assert len({history.n_generations for history in histories}) > 1
     for history in histories:
         (single,) = simulate_histories(experiment, 3, [history.run])
-        assert single.record().identical(history.record())
-        assert simulate(experiment, seed=3, run=history.run).identical(history.dataset())
+        assert make_record(single).identical(make_record(history))
+        assert simulate(experiment, seed=3, run=history.run).identical(make_run_dataset(history))
 
 
 def test_a_callback_gets_all_histories_of_a_batch_after_each_generation() -> None:
@@ -147,7 +148,7 @@ def test_a_run_stops_when_all_agents_are_of_one_species() -> None:
     for history, complete in zip(stopped, simulate_histories(make_species(), 2, runs), strict=True):
         is_fixed = [len({*row}) == 1 for row in complete.recorded_values("species").tolist()]
         n_generations = find_first(is_fixed)
-        require_cut(history.dataset(), complete.dataset(), n_generations)
+        require_cut(make_run_dataset(history), make_run_dataset(complete), n_generations)
         lengths.add(n_generations)
     assert len(lengths) > 1
 
@@ -189,9 +190,9 @@ def test_a_run_stops_when_its_fitness_no_longer_increases(generations: int) -> N
     stopped = simulate_histories(experiment.replace(evolution=stagnation), 3, RUNS)
     lengths = set()
     for history, complete in zip(stopped, simulate_histories(experiment, 3, RUNS), strict=True):
-        means = complete.dataset().energy.mean("agent").values.tolist()
+        means = make_run_dataset(complete).energy.mean("agent").values.tolist()
         n_generations = count_until_stagnation(means, generations)
-        require_cut(history.dataset(), complete.dataset(), n_generations)
+        require_cut(make_run_dataset(history), make_run_dataset(complete), n_generations)
         lengths.add(n_generations)
     assert len(lengths) > 1
 

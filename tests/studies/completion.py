@@ -11,6 +11,7 @@ from typing import Any
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.history import Histories
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
@@ -63,7 +64,7 @@ def require_continuable(
     """Require that runs continue from `stored` generations with the bits of complete runs."""
     shorter = experiment.replace(evolution={"generations": stored})
     records = {
-        history.run: history.record()
+        history.run: make_record(history)
         for history in simulate_histories(shorter, seed, runs)
         if not history.is_stopped
     }
@@ -72,7 +73,7 @@ def require_continuable(
     continue_histories(restored)
     complete = simulate_histories(experiment, seed, [*records])
     for history, expected in zip(restored.histories, complete, strict=True):
-        assert history.record().identical(expected.record())
+        assert make_record(history).identical(make_record(expected))
 
 
 def fail_without_space(handle: int) -> None:

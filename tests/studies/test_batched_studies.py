@@ -14,6 +14,7 @@ from baldwinlab.core.netcdf import from_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies import records, run_task
 from baldwinlab.studies.creation import create_study, extend_study
@@ -56,7 +57,7 @@ def list_names(study: StudyStore) -> list[str]:
 def make_oracle(generations: int = 3, runs: int = RUNS) -> Records:
     """Simulate the runs without a study."""
     histories = simulate_histories(make_experiment(generations), SEED, range(runs))
-    return {history.run: history.record() for history in histories}
+    return {history.run: make_record(history) for history in histories}
 
 
 def require_records(study: StudyStore, expected: Records) -> None:

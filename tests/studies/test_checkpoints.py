@@ -12,7 +12,7 @@ import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.simulation.history import Histories
-from baldwinlab.simulation.records import encode_history
+from baldwinlab.simulation.records import encode_history, make_record
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest_record
 from baldwinlab.studies.creation import create_study, extend_study
@@ -117,7 +117,7 @@ def test_a_damaged_checkpoint_is_ignored(tmp_path: Path, content: bytes | None) 
 def test_a_record_that_cannot_be_repeated_is_not_continued() -> None:
     experiment = shorten_preset("evo/A")
     (history,) = simulate_histories(experiment.replace(evolution={"generations": 2}), 5, [0])
-    record = history.record()
+    record = make_record(history)
     record["energy"][-1, 0] += 1
     with pytest.raises(RefusedError, match="run 0 of evo/A cannot be continued: generation 1"):
         continue_histories(Histories(experiment, 5, [0], [record]))

@@ -17,7 +17,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.records import encode_history, make_batch
+from baldwinlab.simulation.records import encode_history, make_batch, make_record
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies import run_task
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path
@@ -109,11 +109,11 @@ def test_the_records_of_a_batch_equal_the_files_of_single_runs(tmp_path: Path, n
     assert list_names(study) == ["0000-0023.nc"]
     assert study.runs(experiment.name) == list(range(RUNS))
     for history in histories:
-        expected = from_bytes(encode_record(history.record()))
+        expected = from_bytes(encode_record(make_record(history)))
         record = study.record(experiment.name, history.run)
         require_equal(record, expected)
         assert study.attributes(experiment.name, history.run) == record.attrs
-        assert encode_history(history) == encode_record(history.record())
+        assert encode_history(history) == encode_record(make_record(history))
     batch = make_batch(histories)
     assert batch.encode() == to_bytes(batch.to_dataset())
     (file,) = study.files(experiment.name)
@@ -146,7 +146,7 @@ def test_any_partition_of_the_runs_gives_the_same_records(
     assert study.runs(experiment.name) == runs
     for run, history in histories.items():
         record = study.record(experiment.name, run)
-        require_equal(record, from_bytes(encode_record(history.record())))
+        require_equal(record, from_bytes(encode_record(make_record(history))))
 
 
 def test_runs_whose_arrays_differ_in_shape_are_stored_separately(tmp_path: Path) -> None:

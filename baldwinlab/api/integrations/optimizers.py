@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -186,25 +186,21 @@ class Problem:
     def _evaluate_worlds(
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Numbers, Numbers]:
+        """Return the fitness [genome], and the behavior [genome, value]."""
         settings = self.experiment.at(generation)
-        results, behavior = self._simulate(settings, runs, generation, genomes)
-        return mean_fitness(settings, results, genomes).ravel(), behavior
-
-    def _simulate(
-        self, settings: BaseExperiment, runs: Sequence[int], generation: int, genomes: Genomes
-    ) -> tuple[Any, Numbers]:
-        """Return the results of the lives in the worlds, and the behavior [genome, value]."""
         n_agents = len(runs) * genomes.shape[1]
         if isinstance(settings, Experiment):
             batch = make_batch(settings, self.seed, runs, generation, genomes)
             batch.simulate(0, settings.lifetime.steps)
             # [(x, y), lane] -> [genome, (x, y)]. The first lanes are those of the first lifetime.
             positions = batch.state.positions[:, :n_agents].T.astype(float)
-            return collect_results(settings, batch, genomes), positions
+            results = collect_results(settings, batch, genomes)
+            return mean_fitness(settings, results, genomes).ravel(), positions
         require_single_species(settings, "an optimization")
         lives = make_simulator(settings, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
-        return lives, np.stack(columns, axis=1) if columns else np.empty((n_agents, 0))
+        behavior = np.stack(columns, axis=1) if columns else np.empty((n_agents, 0))
+        return mean_fitness(settings, lives, genomes).ravel(), behavior
 
 
 def _require_numeric_genomes(experiment: BaseExperiment) -> None:

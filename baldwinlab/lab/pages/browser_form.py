@@ -224,7 +224,9 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     if network.layers is not Network.layers or network.has_graph_genomes:
         yield "network.hidden"
     layout = _format_layout(experiment)
-    for path, value in _list_numbers(experiment.to_dict()):
+    for path, value in iterate_settings(experiment.to_dict()):
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            continue
         changed_experiment = _change_value(experiment, path, value)
         if changed_experiment is not None and _format_layout(changed_experiment) != layout:
             yield path
@@ -235,20 +237,11 @@ def _format_layout(experiment: Experiment) -> str:
     return repr(ModuleLayout(experiment).plan())
 
 
-def _list_numbers(tree: dict[str, Any]) -> Iterator[tuple[str, float]]:
-    for path, value in iterate_settings(tree):
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            yield path, value
-
-
 def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
     """Return the experiment with another valid number at a path, or None if all are invalid."""
     candidates = (value / 2, value * 2, value + 1, value - 1)
     for candidate in candidates:
-        # Nested tables, for example {"learning": {"rate": 0.005}}.
-        change: Any = int(candidate) if isinstance(value, int) else candidate
-        for key in reversed(path.split(".")):
-            change = {key: change}
+        number = int(candidate) if isinstance(value, int) else candidate
         with suppress(ExperimentError):
-            return experiment.replace(**change)
+            return experiment.replace(**nest_settings({path: number}))
     return None

@@ -35,8 +35,14 @@ def format_html(dataset: xr.Dataset) -> str:
     table = str(dataset._repr_html_())
     if not is_playable(dataset):
         return table
-    summary = "<summary>Variables of this trace</summary>"
-    return f"{_render_frame(dataset)}<details>{summary}{table}</details>"
+    panel = make_panel(dataset)
+    page = single_page.render_replay_page([panel], 0)
+    # The scripts in the frame have no access to the notebook.
+    return (
+        f'<iframe sandbox="allow-scripts" title="{escape(panel["title"])}"'
+        f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'
+        f"<details><summary>Variables of this trace</summary>{table}</details>"
+    )
 
 
 def is_playable(dataset: xr.Dataset) -> bool:
@@ -48,16 +54,6 @@ def is_playable(dataset: xr.Dataset) -> bool:
     if not has_variables or not dataset.sizes["step"]:
         return False
     return has_appearance(dataset) and "experiment" in dataset.attrs
-
-
-def _render_frame(trace: xr.Dataset) -> str:
-    """Return a frame with the player. The scripts in the frame have no access to the notebook."""
-    panel = make_panel(trace)
-    page = single_page.render_replay_page([panel], 0)
-    return (
-        f'<iframe sandbox="allow-scripts" title="{escape(panel["title"])}"'
-        f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'
-    )
 
 
 def make_panel(trace: xr.Dataset) -> dict[str, Any]:

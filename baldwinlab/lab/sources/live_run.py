@@ -26,6 +26,7 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.executors import StoppedError
 from baldwinlab.studies.records import StudyError
@@ -272,7 +273,7 @@ class LiveRun:
             )
         if not self.generations_done:
             raise StudyError(f"the live run {self.id} has no finished generation to save")
-        return [history.record() for history in self._histories]
+        return [make_record(history) for history in self._histories]
 
     def _simulate(self) -> None:
         try:

@@ -22,6 +22,7 @@ import numpy as np
 from baldwinlab.evolution import Genome, make_founders, make_run_keys
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.conditions import find_control
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import Branch, evolve_genomes, simulate_histories
 from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
@@ -128,7 +129,7 @@ def simulate_control(sample: Sample) -> Sample:
         sample.runs,
         after_generation=lambda _: sample.report_generation(),
     )
-    records = [history.record() for history in histories]
+    records = [make_record(history) for history in histories]
     return replace(sample, experiment=control, records=records)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.history import Histories
+from baldwinlab.simulation.records import make_record, make_run_dataset
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
 from baldwinlab.studies.open import open_runs
 from tests.small_studies import make_small_study, shorten_preset
@@ -77,7 +78,7 @@ def test_a_study_stores_time_series_and_opens_them_with_the_dimension_run(tmp_pa
 def test_an_extended_run_with_time_series_has_the_bits_of_a_long_run() -> None:
     several = series_experiment().replace(lifetime={"repeats": 2}, population={"worlds": 4})
     (stored,) = simulate_histories(several.replace(evolution={"generations": 2}), 2, [1])
-    extended = Histories(several, 2, [1], [stored.record()])
+    extended = Histories(several, 2, [1], [make_record(stored)])
     continue_histories(extended)
     (long,) = simulate_histories(several, 2, [1])
-    assert extended.histories[0].dataset().identical(long.dataset())
+    assert make_run_dataset(extended.histories[0]).identical(make_run_dataset(long))

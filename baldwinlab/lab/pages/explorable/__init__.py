@@ -110,13 +110,6 @@ def make_scenes() -> Mapping[str, Experiment]:
     }
 
 
-def make_forked_scene() -> Experiment:
-    """Return the scene `learning`, with learning switched off from the fork on."""
-    return make_scenes()["learning"].replace(
-        schedule=[{"generation": FORK_GENERATION, "learning.rate": 0.0}]
-    )
-
-
 def make_puzzle() -> BaseExperiment:
     """Return the experiment of Hinton and Nowlan."""
     return presets.load("guessing")
@@ -270,12 +263,10 @@ def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any
         if name in MEANINGS:
             yield {"words": colored_words, "meaning": name}
         elif name in DIALS:
-            yield {"dial": name, "label": strings["dials"][name], **_format_dial(name)}
+            numbers = {
+                key: f"{value:g}" for key, value in DIALS[name]._asdict().items() if key != "path"
+            }
+            yield {"dial": name, "label": strings["dials"][name], **numbers}
         else:
             yield {"value": name}
         yield {"words": words}
-
-
-def _format_dial(name: str) -> dict[str, str]:
-    numbers = DIALS[name]._asdict()
-    return {key: f"{value:g}" for key, value in numbers.items() if key != "path"}
