@@ -114,7 +114,8 @@ def load_text(text: str, file: Path) -> ModuleType:
     sys.modules[name] = module
     try:
         label = f"{file} cannot be loaded"
-        with registry.require_unique_parts(), run_third_party_code(label):
+        boundary = run_third_party_code(label, lambda: {file.name: label})
+        with registry.require_unique_parts(), boundary:
             exec(compile(text, str(file), "exec"), module.__dict__)
         if not _register_parts(module):
             raise PartError(

@@ -96,7 +96,7 @@ def test_a_changed_constant_array_or_default_of_a_plug_in_changes_the_results(
 )
 def test_a_change_without_code_compiles_nothing(tmp_path: Path, old: str, new: str) -> None:
     file = tmp_path / "rule.py"
-    load = f"bl.parts.load_file({str(file)!r})"
+    load = f"from baldwinlab.parts import load_file; load_file({str(file)!r})"
     # The folder of the test makes the code of the test unique, so that it is not yet compiled.
     unit = f"TEXT = {str(tmp_path)!r}\n" + RULE.replace("= 1", "= 1 + 0 * len(TEXT)")
     file.write_text(unit)

@@ -272,7 +272,7 @@ def test_a_run_whose_part_exits_with_a_text_prints_one_sentence(tmp_path: Path) 
         (
             "part.py",
             PYTHON_CODE.format(code="print('text')").replace(
-                "fitness[agent] =", "raise GeneratorExit"
+                "fitness[agent] = lifetimes.energy[agent]", "raise GeneratorExit"
             ),
             "evaluate, line 12: GeneratorExit",
         ),
