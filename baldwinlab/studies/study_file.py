@@ -31,7 +31,7 @@ from baldwinlab.core.names import CONDITION_NAME, read_stem
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import BaseExperiment, validate
 from baldwinlab.experiment.added_parts import custom_choices
-from baldwinlab.experiment.conditions import STUDY_KINDS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.conditions import FACTOR_NAMES, STUDY_KINDS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import File, iterate_file_tables, remember_path, require_files
 from baldwinlab.studies.record_files import StudyError
 
@@ -67,8 +67,8 @@ def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, F
     for name, table in tables.items():
         if not isinstance(table, dict) or {*map(type, table.values())} - {str}:
             raise ValueError(f"factors.{name} = {table!r} must be a table of texts")
-        if unknown_factors := set(table) - set(Factors._fields):
-            allowed = ", ".join(Factors._fields)
+        if unknown_factors := set(table) - {*FACTOR_NAMES}:
+            allowed = ", ".join(FACTOR_NAMES)
             raise ValueError(
                 f"factors.{name}: there is no factor {min(unknown_factors)!r}; there are {allowed}"
             )
@@ -177,7 +177,7 @@ def format_study(
         if not condition_factors.learner:
             condition_factors = condition_factors._replace(learner=name)
         lines.append(f'[factors."{name}"]')
-        for key, value in condition_factors._asdict().items():
+        for key, value in zip(FACTOR_NAMES, condition_factors, strict=False):
             if value:
                 lines.append(f"{key} = {json.dumps(value)}")
     return "".join(f"{line}\n" for line in lines)

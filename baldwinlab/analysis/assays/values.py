@@ -35,7 +35,7 @@ def parse_experiments(assays: Assays) -> dict[str, Experiment]:
 
 
 def read_factors(data: xr.Dataset) -> Factors:
-    """Return the factors of the condition of an assay: learner, map and variant."""
+    """Return the factors of the condition of an assay, from the attributes of `read_assays`."""
     return Factors(*(data.attrs[name] for name in Factors._fields))
 
 

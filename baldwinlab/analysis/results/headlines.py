@@ -79,10 +79,9 @@ def _measure_decided(rows: Sequence[Contrast]) -> float:
 def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:
     """Return the names of the compared agents: without the map if both conditions share it."""
     condition, reference = contrasts.factors[row.condition], contrasts.factors[row.reference]
-    if condition.learner and condition.map == reference.map != "":
-        return condition.learner, reference.learner
-    if condition.map == reference.map:
-        return row.condition, row.reference
+    if condition.place == reference.place:
+        has_map = condition.learner and condition.map
+        return (condition.learner, reference.learner) if has_map else (row.condition, row.reference)
     return (
         _name_with_map(row.condition, condition.map),
         _name_with_map(row.reference, reference.map),
@@ -168,7 +167,7 @@ def _count_verdicts(rows: Sequence[Contrast]) -> str:
         if verdict in verdicts
     ]
     references = {row.reference for row in rows}
-    reference = references.pop() if len(references) == 1 else "the first on their map"
+    reference = references.pop() if len(references) == 1 else "the first in their world"
     return (
         f"{len(rows)} conditions compared with {reference} in {rows[0].outcome}: "
         f"{', '.join(counts)}."
