@@ -171,11 +171,14 @@ def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
             yield f"{difference} in {names}"
 
 
-def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
-    """Make the section of a report on the assay `opponents`, and save its figure."""
+def make_section(stored: Mapping[str, xr.Dataset], folder: Path, instruction: str) -> Section:
+    """Make the section of a report on the assay `opponents`, and save its figure.
+
+    `instruction`: how to add runs, with "{runs}" for the number of runs.
+    """
     tests = compare_generations(stored)
     sentences = compose_sentences(tests)
-    too_few = describe_too_few([test.test.planned for test in tests])
+    too_few = describe_too_few([test.test.planned for test in tests], instruction=instruction)
     figure = ReportFigure(
         name=OPPONENTS,
         title=TITLE,

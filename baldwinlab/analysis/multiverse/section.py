@@ -28,7 +28,12 @@ from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import Table, tabulate
-from baldwinlab.analysis.results.numbers import format_estimate, format_number, join_names
+from baldwinlab.analysis.results.numbers import (
+    format_estimate,
+    format_number,
+    format_percentage,
+    join_names,
+)
 from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict
 from baldwinlab.papers import load
 
@@ -260,7 +265,7 @@ def draw_shares(multiverse: Multiverse) -> Figure:
     draw_cells(
         axes,
         np.array([[share or 0.0 for share in row] for row in cells]),
-        [["–" if share is None else f"{share:.0%}" for share in row] for row in cells],
+        [["–" if share is None else format_percentage(share) for share in row] for row in cells],
         WHITE_TO_BLUE,
     )
     _label_claims(axes, [f"{alternative}  {choice}" for choice, alternative in rows], claims)
