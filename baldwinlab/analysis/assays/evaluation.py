@@ -128,10 +128,7 @@ def name_measure(measure: str, terms: Terms) -> str:
 
 
 def make_own_sections(assays: Assays, folder: Path, instruction: str) -> list[Section]:
-    """Make the separate sections of assays, for example of `opponents`, and save the figures.
-
-    `instruction`: how to add runs, with "{runs}" for the number of runs.
-    """
+    """Make the separate sections of assays, for example of `opponents`, and save the figures."""
     return [
         evaluation.make_section(assays[name], folder, instruction)
         for name, evaluation in load_evaluations().items()

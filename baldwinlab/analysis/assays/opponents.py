@@ -172,10 +172,7 @@ def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
 
 
 def make_section(stored: Mapping[str, xr.Dataset], folder: Path, instruction: str) -> Section:
-    """Make the section of a report on the assay `opponents`, and save its figure.
-
-    `instruction`: how to add runs, with "{runs}" for the number of runs.
-    """
+    """Make the section of a report on the assay `opponents`, and save its figure."""
     tests = compare_generations(stored)
     sentences = compose_sentences(tests)
     too_few = describe_too_few([test.test.planned for test in tests], instruction=instruction)

@@ -242,14 +242,7 @@ def _format_outcome(outcome: Outcome) -> str:
     if outcome.effect is None:
         return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
-    text = f"{outcome.effect:.{_decimals(outcome.effect)}f}"
-    return f"{MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
-
-
-def _decimals(effect: float) -> int:
-    if abs(effect) >= 10 or effect == 0:
-        return 0
-    return 1 if abs(effect) >= 1 else 2
+    return f"{MARKS[outcome.verdict]} {sign}{format_number(outcome.effect)}"
 
 
 @styled

@@ -186,8 +186,8 @@ def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysi
     largest, smallest = pair
     if largest.share == smallest.share:
         return text
+    most, least = (format_percentage(share.share or 0.0) for share in pair)
     return (
         f"{text} The choice with the largest effect is {largest.choice}: the claim holds under "
-        f"{format_percentage(largest.share)} with {largest.alternative} and "
-        f"{format_percentage(smallest.share)} with {smallest.alternative}."
+        f"{most} with {largest.alternative} and {least} with {smallest.alternative}."
     )

@@ -44,7 +44,8 @@ class Contrast(NamedTuple):
         return self.test.name_difference(self.numbers)
 
     @property
-    def _is_decided(self) -> bool:
+    def is_decided(self) -> bool:
+        """Whether the verdict is "higher" or "lower"."""
         return self.test.find_direction(self.numbers) != 0
 
     @property
@@ -53,13 +54,13 @@ class Contrast(NamedTuple):
 
         None if the comparison is decided, or if no realistic number of runs would decide it.
         """
-        return None if self._is_decided else self.test.required_runs
+        return None if self.is_decided else self.test.required_runs
 
     @property
     def note(self) -> str:
         """Phrases: why the corrected p-value decides, and how many runs would decide. Can be ""."""
         numbers = self.numbers
-        return self.test.explain(numbers.low, numbers.high, is_decided=self._is_decided)
+        return self.test.explain(numbers.low, numbers.high, is_decided=self.is_decided)
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table, with the keys `COMPARISON_COLUMNS`."""

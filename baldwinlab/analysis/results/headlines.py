@@ -35,7 +35,7 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     for row in rows:
         groups.setdefault(_name_pair(contrasts, row), []).append(row)
     pairs = sorted(groups.items(), key=lambda entry: -_measure_decided(entry[1]))
-    decided = [entry for entry in pairs if any(map(_is_decided, entry[1]))]
+    decided = [entry for entry in pairs if any(row.is_decided for row in entry[1])]
     has_count = len(pairs) > MAX_SENTENCES or (len(pairs) > 1 and not decided)
     shown = decided[:MAX_SENTENCES] if has_count else pairs
     sentences = [_describe_pair(contrasts, *names, pair) for names, pair in shown]
@@ -67,13 +67,9 @@ def describe_statistic(contrasts: Contrasts) -> str:
     )
 
 
-def _is_decided(row: Contrast) -> bool:
-    return row.verdict in (HIGHER, LOWER)
-
-
 def _measure_decided(rows: Sequence[Contrast]) -> float:
     """Return the largest absolute effect with a decision, or 0."""
-    return max((abs(row.numbers.effect) for row in rows if _is_decided(row)), default=0.0)
+    return max((abs(row.numbers.effect) for row in rows if row.is_decided), default=0.0)
 
 
 def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:
@@ -109,7 +105,7 @@ def _describe_pair(
         return f"{place}{_format_interval(row)}"
 
     clauses = []
-    if decided := [row for row in rows if _is_decided(row)]:
+    if decided := [row for row in rows if row.is_decided]:
         clauses.append(_describe_decided(subject, other, decided, locate))
     for verdict, opening, pronoun in (
         (UNDECIDED, "it is undecided whether {} differ", "they"),

@@ -73,13 +73,7 @@ def _format_decimals(value: float, extra: int) -> str:
 
 
 def format_percentage(share: float, sign: str = "") -> str:
-    """Return a percentage. Only the shares 0 and 1 are "0 %" and "100 %".
-
-    `sign`: "+" for "+34 %".
-
-    >>> format_percentage(0.34), format_percentage(0.0034), format_percentage(0.9996, "+")
-    ('34 %', '0.3 %', '+99.96 %')
-    """
+    """Return a percentage: "0 %" and "100 %" only for 0 and 1. `sign`: "+" for "+34 %"."""
     numbers = [abs(100 * share), 0.0, 100.0]
     percentage = _distinguish(numbers, lambda number, extra: f"{number:.{extra}f}")[0]
     return f"{'-' if share < 0 else sign}{percentage} %"
