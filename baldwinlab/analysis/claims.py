@@ -26,6 +26,7 @@ from baldwinlab.analysis.statistics.intervals import estimate_probability
 from baldwinlab.analysis.statistics.significance import PlannedTest, describe_too_few
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.experiment.conditions import add_maps, read_factors
 from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison
 from baldwinlab.papers.rules import RULES
 
@@ -246,10 +247,12 @@ def write_statistics(
     rows += [
         _make_row(result.claim.id, finding) for result in results for finding in result.findings
     ]
-    write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
-    write_atomically(
-        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(data, last))
-    )
+    factors = read_factors(data)
+    for name, columns, table in (
+        ("statistics.csv", STATISTICS_COLUMNS, rows),
+        ("summary.csv", SUMMARY_COLUMNS, summarize_conditions(data, last)),
+    ):
+        write_atomically(directory / name, to_csv(*add_maps(columns, table, factors)))
 
 
 def _make_row(claim: str, finding: Finding) -> dict[str, Any]:

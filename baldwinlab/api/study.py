@@ -601,8 +601,8 @@ class Study:
         ----------
         baseline : str or None
             Condition with which all other conditions are compared. By default a condition is
-            compared with the first condition on its map, and the only condition of a map is not
-            compared. Conditions on different maps are compared only with a baseline.
+            compared with the first condition in its world, and the only condition of a world is
+            not compared. Conditions in different worlds are compared only with a baseline.
         last : int
             Number of final generations that are averaged in each run, at least 1.
 
@@ -613,6 +613,7 @@ class Study:
             agent, and "best" is the fitness of the best agent.
 
             - `condition_a`, `condition_b`: the condition, and its baseline.
+            - `map_a`, `map_b`: the maps of both, if the study has maps.
             - `n_a`, `n_b`: the numbers of runs.
             - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for
               foragers).
@@ -656,13 +657,15 @@ class Study:
 
         from baldwinlab.analysis.results.contrasts import COMPARISON_COLUMNS
         from baldwinlab.api.publish.comparisons import compare_study
+        from baldwinlab.experiment.conditions import add_maps
 
         contrasts = compare_study(self._store, last, baseline or "")
         rows = [
             {**contrast.row(), "smallest_p_holm": contrast.test.smallest_p_holm}
             for contrast in contrasts.rows
         ]
-        table = pd.DataFrame(rows, columns=[*COMPARISON_COLUMNS, "smallest_p_holm"])
+        columns, rows = add_maps([*COMPARISON_COLUMNS, "smallest_p_holm"], rows, contrasts.factors)
+        table = pd.DataFrame(rows, columns=columns)
         table.attrs = {"pairing": contrasts.pairing, "too_few": contrasts.too_few}
         return table
 

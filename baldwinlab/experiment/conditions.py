@@ -5,7 +5,7 @@ The control of a condition differs from the condition only in having no learning
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
@@ -24,12 +24,22 @@ MULTIVERSE: Final[StudyKind] = "multiverse"
 YOUR_MAP: Final = "your map"
 
 
+# The factors that studies store and tables show.
+FACTOR_NAMES: Final = ("learner", "map", "variant")
+
+
 class Factors(NamedTuple):
-    """Factors of a condition."""
+    """Factors of a condition: `FACTOR_NAMES`, and the world."""
 
     learner: str = ""  # Learning condition, for example "evo+self-taught".
     map: str = ""  # Name of the map, from the settings: see `papers.worlds`. "" without maps.
     variant: str = ""  # Variant of the paper in a multiverse, or "".
+    world: str = ""  # Digest of the settings of the world: see `papers.worlds`.
+
+    @property
+    def place(self) -> tuple[str, str, str]:
+        """What conditions share that are compared by default: the map, the variant, the world."""
+        return self.map, self.variant, self.world
 
     @property
     def title(self) -> str:
@@ -50,10 +60,24 @@ def title_map(name: str) -> str:
 
 def factor_coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
     """Return the factors that are not all "" as coordinates: {"map": ("condition", ["A", "B"])}."""
-    columns = {
-        name: [getattr(condition, name) for condition in factors] for name in Factors._fields
-    }
+    columns = {name: [getattr(levels, name) for levels in factors] for name in FACTOR_NAMES}
     return {name: ("condition", values) for name, values in columns.items() if any(values)}
+
+
+def add_maps(
+    columns: Sequence[str], rows: Iterable[Mapping[str, Any]], factors: Mapping[str, Factors]
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Return the columns and rows of a table with the map of each condition, if there are maps.
+
+    The column "map_a" has the maps of the conditions in the column "condition_a".
+    """
+    maps = {name: levels.map for name, levels in factors.items() if levels.map}
+    names = [column for column in columns if maps and column.startswith("condition")]
+    added = {name.replace("condition", "map"): name for name in names}
+    return [*columns, *added], [
+        {**row, **{column: maps.get(row[name], "") for column, name in added.items()}}
+        for row in rows
+    ]
 
 
 def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
@@ -61,7 +85,7 @@ def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
     names = [str(name) for name in dataset["condition"].values]
     columns = [
         dataset[name].values if name in dataset.coords else [""] * len(names)
-        for name in Factors._fields
+        for name in FACTOR_NAMES
     ]
     rows = zip(*columns, strict=True)
     return {name: Factors(*map(str, row)) for name, row in zip(names, rows, strict=True)}

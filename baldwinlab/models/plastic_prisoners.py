@@ -256,7 +256,7 @@ def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> Mat
         for genome in most_frequent
     ]
     rows = [
-        f"{name}, {counts[genome] / len(genomes):.1%}"
+        f"{name}, {counts[genome]:,} of {len(genomes):,} agents"
         for name, genome in zip(names, most_frequent, strict=True)
     ]
     payoffs = compute_payoffs(model.rounds, model.noise, model.learning, model.initial_moves)

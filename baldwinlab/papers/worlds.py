@@ -1,12 +1,14 @@
-"""The world of a condition: it is derived from the settings, not from a name.
+"""The world of a condition, and the name of its map: both are derived from the settings.
 
-Conditions of a study are compared only in the same world, and `Factors.map` names the world. For
-MiniWorld, the world is the table `world`. For another model, it is the settings that the maps of
-the built-in papers change. A model without maps has one world.
+Conditions of a study are compared only in the same world (`Factors.world`), so that a difference
+is not one of two maps or models. For MiniWorld, the world is the table `world`. For another model,
+it is the model with the settings that the maps of the built-in papers change. `Factors.map` is the
+name that tables show: "A", "your map", or "" for a model without maps.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from functools import cache
@@ -23,54 +25,34 @@ from baldwinlab.papers.paper import Paper
 def name_maps(
     experiments: Mapping[str, BaseExperiment], factors: Mapping[str, Factors], paper: str = ""
 ) -> dict[str, Factors]:
-    """Return the factors of conditions, with the name of the map that has the same settings.
+    """Return the factors of conditions, with the world and with the map of the same settings.
 
     `factors`: the factors from the names of the presets, or of a study of the paper `paper`. A map
-    that is not of a built-in paper is "your map", and a further one "your map 2". The maps of a
-    custom paper, and those of variants, keep their names.
+    that is not of a built-in paper is "your map", and a further one "your map 2". Custom papers,
+    papers without maps, and variants keep their names.
     """
     named = {name: factors.get(name, Factors()) for name in experiments}
-    if paper and paper not in papers.built_in():
-        return named
-    has_models = len({experiment.model for experiment in experiments.values()}) > 1
     own_maps: dict[str, str] = {}  # Name by world.
     for name, levels in named.items():
         model = experiments[name].model
-        is_custom = bool(levels.map) and levels.map not in _list_map_names(model)
-        # A paper without maps, and a paper with variants, defines what is compared.
-        if levels.variant or is_custom or (paper and not levels.map):
+        settings = _describe_world(experiments[name])
+        digest = hashlib.sha256(settings.encode()).hexdigest()[:16]
+        named[name] = levels._replace(world=f"{model} {digest}")
+        is_named_by_paper = paper and (paper not in papers.built_in() or not levels.map)
+        if not settings or levels.variant or is_named_by_paper:
             continue
-        map_name = model if has_models else ""
-        world = _describe_world(experiments[name])
-        if world and levels.map and _find_world(model, levels.map) == world:
-            # Most conditions have the map of their preset. The other maps are not loaded for them.
-            map_name = levels.map
-        elif world:
+        # Most conditions have the map of their preset. The other maps are not loaded for them.
+        if known_maps := _list_known_maps(model, levels.map):
             number = f" {len(own_maps) + 1}" if own_maps else ""
-            known_name = _list_known_maps(model).get(world)
-            map_name = known_name or own_maps.setdefault(world, YOUR_MAP + number)
-        named[name] = levels._replace(map=map_name)
+            map_name = known_maps.get(settings) or _list_known_maps(model).get(settings)
+            map_name = map_name or own_maps.setdefault(settings, YOUR_MAP + number)
+            named[name] = named[name]._replace(map=map_name)
     return named
 
 
-def _list_map_names(model: str) -> set[str]:
-    """Return the names that the conditions of a model can have for a map of a built-in paper."""
-    names = {name for paper, _ in _list_conditions(model) for name in paper.names("maps")}
-    return names | {paper.name for paper, _ in _list_conditions(model)}
-
-
 @cache
-def _find_world(model: str, map_name: str) -> str:
-    """Return the world of the first built-in paper with a map of this name, "" without one."""
-    for paper, conditions in _list_conditions(model):
-        if map_name in paper.names("maps"):
-            return _describe_world(paper.experiment(join_map(conditions[0], map_name)))
-    return ""
-
-
-@cache
-def _list_known_maps(model: str) -> dict[str, str]:
-    """Return the names of the maps of all built-in papers of a model, by world.
+def _list_known_maps(model: str, map_name: str = "") -> dict[str, str]:
+    """Return the names of the maps of built-in papers by world: of all, or only `map_name`.
 
     The world of a MiniWorld paper without maps has the name of the paper.
     """
@@ -78,9 +60,9 @@ def _list_known_maps(model: str) -> dict[str, str]:
     for paper, conditions in _list_conditions(model):
         # One condition per map is enough, because a condition does not change the map.
         names = {join_map(conditions[0], name): name for name in paper.names("maps")}
-        for name, map_name in (names or dict.fromkeys(conditions, paper.name)).items():
-            if world := _describe_world(paper.experiment(name)):
-                known_maps.setdefault(world, map_name)
+        for name, title in (names or dict.fromkeys(conditions, paper.name)).items():
+            if map_name in ("", title):
+                known_maps.setdefault(_describe_world(paper.experiment(name)), title)
     return known_maps
 
 

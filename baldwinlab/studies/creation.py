@@ -135,9 +135,9 @@ def create_study(
 
 
 def _complete_factors(name: str, factors: Mapping[str, Factors]) -> Factors:
-    """Return the factors of a condition, with its name as the default learner."""
+    """Return the stored factors of a condition, with its name as the default learner."""
     condition_factors = factors.get(name, Factors())
-    return condition_factors._replace(learner=condition_factors.learner or name)
+    return condition_factors._replace(learner=condition_factors.learner or name, world="")
 
 
 def _require_portable_names(names: Sequence[str]) -> None:

@@ -138,7 +138,7 @@ def group_by_variant(
 ) -> dict[Variant, dict[str, str]]:
     """Return the name in the paper of each condition, by variant: {"contact-5/evo/A": "evo/A"}."""
     groups: dict[Variant, dict[str, str]] = {}
-    for name, (learner, map_name, variant) in conditions.items():
+    for name, (learner, map_name, variant, _) in conditions.items():
         parts = () if variant == STANDARD_VARIANT else tuple(variant.split(VARIANT_SEPARATOR))
         paper_name = f"{learner}/{map_name}" if map_name else learner
         groups.setdefault(Variant(parts, paper), {})[name] = paper_name

@@ -41,7 +41,7 @@ from baldwinlab.core.names import CONDITION_NAME, read_stem
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import BaseExperiment, validate
 from baldwinlab.experiment.added_parts import custom_choices
-from baldwinlab.experiment.conditions import Factors, StudyKind
+from baldwinlab.experiment.conditions import FACTOR_NAMES, Factors, StudyKind
 from baldwinlab.experiment.fields import Fields, format_validation_error
 from baldwinlab.experiment.file import File, iterate_file_tables, remember_path, require_files
 from baldwinlab.experiment.registry import EXECUTION_HINT
@@ -88,6 +88,14 @@ class StudyFile(Fields):
         if not names or len(set(names)) < len(names):
             raise ValueError("must be a list of at least one name, with each name once")
         return names
+
+    @field_validator("factors")
+    @classmethod
+    def _require_stored_factors(cls, factors: dict[str, Factors]) -> dict[str, Factors]:
+        # The world is computed from the settings.
+        if any(levels.world for levels in factors.values()):
+            raise ValueError(f"can have only {', '.join(FACTOR_NAMES)}")
+        return factors
 
 
 def read_study_file(directory: Path) -> StudyFile:
@@ -158,7 +166,7 @@ def format_study(content: StudyFile) -> str:
     lines += ["", "[factors]"]
     for name, condition_factors in content.factors.items():
         lines.append(f'[factors."{name}"]')
-        for key, value in condition_factors._asdict().items():
+        for key, value in zip(FACTOR_NAMES, condition_factors, strict=False):
             if value:
                 lines.append(f"{key} = {json.dumps(value)}")
     return add_checksum("".join(f"{line}\n" for line in lines))

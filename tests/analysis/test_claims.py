@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy import stats
@@ -26,7 +27,7 @@ from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.paper import Paper, open_paper
 from baldwinlab.papers.presets import paper
 from baldwinlab.parts import Measure
-from tests.analysis.results.studies import AS_THE_PAPER, RUNS, Claims, study
+from tests.analysis.results.studies import AS_THE_PAPER, RUNS, Claims, compare_conditions, study
 
 Eaten = Mapping[str, Sequence[float]]
 
@@ -187,6 +188,20 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
         write_statistics(evaluate_claims(data), data, tmp_path / folder)
     for name in ("statistics.csv", "summary.csv"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+def test_tables_have_the_map_of_each_condition_where_there_are_maps(tmp_path: Path) -> None:
+    header = "claim,condition_a,condition_b,measure,"
+    for suffix, has_maps in (("", False), ("/A", True)):
+        data = study({f"plain{suffix}": range(20, 26), f"mine{suffix}": range(6)})
+        write_statistics([], data, tmp_path, 10, compare_conditions(data).rows)
+        statistics, summary = (
+            pd.read_csv(tmp_path / name) for name in ("statistics.csv", "summary.csv")
+        )
+        assert ("map" in summary, "map_a" in statistics, "map_b" in statistics) == (has_maps,) * 3
+        assert (tmp_path / "statistics.csv").read_text().startswith(header)
+    for column in (summary["map"], statistics["map_a"], statistics["map_b"]):
+        assert len(column) and set(column) == {"A"}
 
 
 def test_claims_name_only_existing_conditions_rules_and_fields() -> None:

@@ -247,7 +247,10 @@ def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:
     model = PlasticPrisoners(noise=0)
     view = PlasticPrisoners.views["payoffs"].make_data(model, None, genomes, 0)
     assert isinstance(view, MatrixView)
-    assert view.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and view.columns == [
+    assert view.rows == [
+        "x00x born CDDC, 7 of 10 agents",
+        "0000 born DDDD, 3 of 10 agents",
+    ] and view.columns == [
         "x00x born CDDC",
         "0000 born DDDD",
     ]

@@ -82,9 +82,9 @@ class AssayEvaluation:
     measure_names: Mapping[str, str] = field(default_factory=dict)
     figures: Sequence[AssayFigure] = ()
     table: EffectTable | None = None
-    # Function of the datasets by condition, and of the folder for figures. It returns a separate
-    # section of the report.
-    make_section: Callable[[Stored, Path], Section] | None = None
+    # Function of the datasets by condition, of the folder for figures, and of the instruction that
+    # adds runs. It returns a separate section of the report.
+    make_section: Callable[[Stored, Path, str], Section] | None = None
 
 
 @cache
@@ -134,10 +134,10 @@ def name_measure(measure: str, terms: Terms) -> str:
     return measure
 
 
-def make_own_sections(assays: Assays, folder: Path) -> list[Section]:
+def make_own_sections(assays: Assays, folder: Path, instruction: str) -> list[Section]:
     """Make the separate sections of assays, for example of `opponents`, and save the figures."""
     return [
-        evaluation.make_section(assays[name], folder)
+        evaluation.make_section(assays[name], folder, instruction)
         for name, evaluation in load_evaluations().items()
         if evaluation.make_section and name in assays
     ]
@@ -153,7 +153,7 @@ def parse_experiments(assays: Assays) -> dict[str, Experiment]:
 
 
 def read_factors(data: xr.Dataset) -> Factors:
-    """Return the factors of the condition of an assay: learner, map and variant."""
+    """Return the factors of the condition of an assay, from the attributes of `read_assays`."""
     return Factors(*(data.attrs[name] for name in Factors._fields))
 
 

@@ -171,11 +171,11 @@ def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
             yield f"{difference} in {names}"
 
 
-def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
+def make_section(stored: Mapping[str, xr.Dataset], folder: Path, instruction: str) -> Section:
     """Make the section of a report on the assay `opponents`, and save its figure."""
     tests = compare_generations(stored)
     sentences = compose_sentences(tests)
-    too_few = describe_too_few([test.test.planned for test in tests])
+    too_few = describe_too_few([test.test.planned for test in tests], instruction=instruction)
     figure = ReportFigure(
         name=OPPONENTS,
         title=TITLE,

@@ -45,16 +45,16 @@ def name_setting(field: str, value: str) -> str:
 
 @styled
 def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figure:
-    """Draw fitness in changed settings: a row per setting, a column per map."""
+    """Draw fitness in changed settings: a row per setting, a column per world."""
     panels = make_reaction_panels(stored)
     factors = {name: read_factors(data) for name, data in stored.items()}
     styles = style_learners(stored)
-    maps = list(dict.fromkeys(panel.map for panel in panels))
+    worlds = list(dict.fromkeys((panel.map, panel.world) for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
-    grid = figure.subplots(len(fields), len(maps), squeeze=False)  # [field, map]
+    grid = figure.subplots(len(fields), len(worlds), squeeze=False)  # [field, world]
     for panel in panels:
-        axes = grid[fields.index(panel.field), maps.index(panel.map)]
+        axes = grid[fields.index(panel.field), worlds.index((panel.map, panel.world))]
         for name, fitness in panel.norms.items():
             learner = factors[name].learner
             draw_medians(axes, fitness, styles[learner], learner, "position")
@@ -64,7 +64,7 @@ def draw_reaction_norms(stored: Stored, names: Sequence[str], unit: str) -> Figu
         start_at_zero(axes)
     for row in grid:
         row[0].set_ylabel(unit)
-    for axes, map_name in zip(grid[0], maps, strict=True):
+    for axes, (map_name, _) in zip(grid[0], worlds, strict=True):
         title = f"Evolved on {describe_map(map_name)}" if map_name else ""
         axes.set_title(title)
     label_learners(figure, styles, stored)

@@ -1,4 +1,4 @@
-"""Reaction norms: fitness by the value of a setting, in one panel per setting and map."""
+"""Reaction norms: fitness by the value of a setting, in one panel per setting and world."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ UNCHANGED_SETTING: Final = "as evolved"
 
 
 class ReactionPanel(NamedTuple):
-    """Reaction norms of one setting on one map."""
+    """Reaction norms of one setting in one world."""
 
     # Path of the setting, or "map" for the map itself.
     field: str
     # Name of the setting, for labels.
     name: str
-    # The map on which the conditions evolved.
+    # The map and the world in which the conditions evolved. Models without maps have the map "".
     map: str
+    world: str
     # The values of the setting, in order.
     values: tuple[str, ...]
     # The values with which the conditions evolved.
@@ -38,13 +39,14 @@ class ReactionPanel(NamedTuple):
 
 
 def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[ReactionPanel]:
-    """Return the reaction norms of all settings on all maps."""
+    """Return the reaction norms of all settings in all worlds."""
     experiments = parse_experiments({"reaction": stored})
     trees = {name: experiment.to_dict() for name, experiment in experiments.items()}
-    maps = {name: read_factors(data).map for name, data in stored.items()}
+    factors = {name: read_factors(data) for name, data in stored.items()}
+    worlds = {name: (levels.map, levels.world) for name, levels in factors.items()}
 
-    def make_panel(field: str, map_name: str) -> ReactionPanel:
-        names = [name for name in stored if maps[name] == map_name]
+    def make_panel(field: str, map_name: str, world: str) -> ReactionPanel:
+        names = [name for name in stored if worlds[name] == (map_name, world)]
         evolved = {name: _find_evolved_value(map_name, trees[name], field) for name in names}
         norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
         distinct_values = {value for norm in norms.values() for value in norm}
@@ -53,6 +55,7 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[ReactionPanel
             field=field,
             name=short_name(field, *experiments.values()),
             map=map_name,
+            world=world,
             values=values,
             evolved=frozenset(evolved.values()),
             norms={name: _align(norm, values) for name, norm in norms.items() if norm},
@@ -64,8 +67,8 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[ReactionPanel
         for field in data["field"].values
         if field != UNCHANGED_SETTING
     )
-    distinct_maps = dict.fromkeys(maps.values())
-    return [make_panel(field, map_name) for field in fields for map_name in distinct_maps]
+    distinct_worlds = dict.fromkeys(worlds.values())
+    return [make_panel(field, *world) for field in fields for world in distinct_worlds]
 
 
 def _find_evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:

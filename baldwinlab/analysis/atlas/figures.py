@@ -24,6 +24,7 @@ from baldwinlab.analysis.figures.charts import (
 from baldwinlab.analysis.figures.curves import make_panels
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.palette import BLUE
+from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.typeface import TEXT_SIZE
 
 ASSIMILATION: Final = "assimilation"
@@ -48,7 +49,7 @@ class ShownOutcome(NamedTuple):
 
     def format(self, value: float) -> str:
         """Return a value as text, or a dash if it is undefined."""
-        return format_fall(value) if self.name == ASSIMILATION else format_cell(value)
+        return format_fall(value) if self.name == ASSIMILATION else format_number(value)
 
     def scale(self, value: float) -> float:
         """Return the position of a value, which may be NaN, in the range of the colors."""
@@ -111,11 +112,6 @@ def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> AxesI
     rows, columns = (map(format_label, cells[dim].values.tolist()) for dim in cells.dims)
     label_cells(axes, list(rows), list(columns))
     return image
-
-
-def format_cell(value: float) -> str:
-    """Return the outcome of a cell, or a dash if it is undefined."""
-    return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
 def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from matplotlib import colormaps
 from matplotlib.colors import to_hex, to_rgb
 
-from baldwinlab.analysis.atlas.figures import choose_outcome, format_cell
+from baldwinlab.analysis.atlas.figures import choose_outcome
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.tables import (
@@ -28,6 +28,7 @@ from baldwinlab.analysis.atlas.tables import (
 from baldwinlab.analysis.figures.charts import CIVIDIS
 from baldwinlab.analysis.palette import PALE, choose_text_color
 from baldwinlab.analysis.report.tables import Table
+from baldwinlab.analysis.results.numbers import format_number
 
 # Short names of the outcomes in a cell.
 LETTERS: Final = {
@@ -74,8 +75,8 @@ def describe_cells(
                 "value": shown.format(value),
                 "color": _choose_color(shown.scale(value)),
                 "text_color": choose_text_color(to_rgb(_choose_color(shown.scale(value)))),
-                "residual": format_cell(float(measured.sel(cell))) if measured is not None else "",
-                "law": _format_law(predicted.sel(cell)) if predicted is not None else "",
+                "residual": "" if measured is None else format_number(float(measured.sel(cell))),
+                "law": "" if predicted is None else _format_law(predicted.sel(cell)),
                 "outcomes": {
                     LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
                 },
@@ -87,7 +88,7 @@ def describe_cells(
 
 def _format_law(prediction: xr.DataArray) -> str:
     """Return the prediction of a cell, or "" if the law is not derived for the cell."""
-    return format_cell(float(prediction)) if bool(prediction.notnull()) else ""
+    return format_number(float(prediction)) if bool(prediction.notnull()) else ""
 
 
 def _choose_color(share: float) -> str:

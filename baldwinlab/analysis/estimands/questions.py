@@ -29,6 +29,7 @@ from baldwinlab.analysis.estimands.traits import (
     read_record,
     select_innate_trait,
 )
+from baldwinlab.analysis.results.numbers import format_percentage
 from baldwinlab.analysis.results.verdicts import EQUAL
 from baldwinlab.experiment import BaseExperiment, Experiment
 
@@ -165,8 +166,8 @@ def _measure_fork(data: ConditionData, effect: str, definition: str) -> Estimate
     share = float((compared > floor).mean())
     if share < MIN_SHARE_ABOVE_FLOOR:
         reason = (
-            f"{100 * share:.1f} % of the agents of both groups are above the lowest innate "
-            f"fitness, {floor:g}, and {100 * MIN_SHARE_ABOVE_FLOOR:.0f} % are needed."
+            f"{format_percentage(share)} of the agents of both groups are above the lowest innate "
+            f"fitness, {floor:g}, and {format_percentage(MIN_SHARE_ABOVE_FLOOR)} are needed."
         )
         return Estimate(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)

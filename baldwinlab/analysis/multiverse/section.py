@@ -28,7 +28,12 @@ from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
 from baldwinlab.analysis.report.tables import Table, tabulate
-from baldwinlab.analysis.results.numbers import format_estimate, format_number, join_names
+from baldwinlab.analysis.results.numbers import (
+    format_estimate,
+    format_number,
+    format_percentage,
+    join_names,
+)
 from baldwinlab.analysis.results.verdicts import HOLDS, MARKS, NOT_EVALUATED, VERDICTS, Verdict
 from baldwinlab.papers import load
 
@@ -228,14 +233,7 @@ def _format_outcome(outcome: Outcome) -> str:
     if outcome.effect is None:
         return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
-    text = f"{outcome.effect:.{_decimals(outcome.effect)}f}"
-    return f"{MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
-
-
-def _decimals(effect: float) -> int:
-    if abs(effect) >= 10 or effect == 0:
-        return 0
-    return 1 if abs(effect) >= 1 else 2
+    return f"{MARKS[outcome.verdict]} {sign}{format_number(outcome.effect)}"
 
 
 @styled
@@ -251,7 +249,7 @@ def draw_shares(multiverse: Multiverse) -> Figure:
     draw_cells(
         axes,
         np.array([[share or 0.0 for share in row] for row in cells]),
-        [["–" if share is None else f"{share:.0%}" for share in row] for row in cells],
+        [["–" if share is None else format_percentage(share) for share in row] for row in cells],
         WHITE_TO_BLUE,
     )
     _label_claims(axes, [f"{alternative}  {choice}" for choice, alternative in rows], claims)

@@ -7,7 +7,12 @@ from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, VariantResult
-from baldwinlab.analysis.results.numbers import format_number, format_signed, join_names
+from baldwinlab.analysis.results.numbers import (
+    format_number,
+    format_percentage,
+    format_signed,
+    join_names,
+)
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED, Verdict
 
 VERDICT_PHRASES: Final[Mapping[Verdict, str]] = {
@@ -173,20 +178,16 @@ def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysi
     n_decided = sum(len(variants) for variants in groups.values())
     if not n_decided:
         return f"{claim} is not evaluated under any combination, because runs are missing."
-    held_share = len(groups[HOLDS]) / n_decided
-    failed_share = len(groups[FAILS]) / n_decided
-    text = (
-        f"{claim} holds under {held_share:.0%} of {n_decided:,} combinations and fails under "
-        f"{failed_share:.0%}."
-    )
+    held, failed = (format_percentage(len(groups[key]) / n_decided) for key in (HOLDS, FAILS))
+    text = f"{claim} holds under {held} of {n_decided:,} combinations and fails under {failed}."
     pair = analysis.find_largest_effect(shares, claim)
     if pair is None:
         return text
     largest, smallest = pair
     if largest.share == smallest.share:
         return text
+    most, least = (format_percentage(share.share or 0.0) for share in pair)
     return (
         f"{text} The choice with the largest effect is {largest.choice}: the claim holds under "
-        f"{largest.share:.0%} with {largest.alternative} and {smallest.share:.0%} with "
-        f"{smallest.alternative}."
+        f"{most} with {largest.alternative} and {least} with {smallest.alternative}."
     )

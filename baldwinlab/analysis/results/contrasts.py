@@ -44,7 +44,8 @@ class Contrast(NamedTuple):
         return self.test.name_difference(self.numbers)
 
     @property
-    def _is_decided(self) -> bool:
+    def is_decided(self) -> bool:
+        """Whether the verdict is "higher" or "lower"."""
         return self.test.find_direction(self.numbers) != 0
 
     @property
@@ -53,13 +54,13 @@ class Contrast(NamedTuple):
 
         None if the comparison is decided, or if no realistic number of runs would decide it.
         """
-        return None if self._is_decided else self.test.required_runs
+        return None if self.is_decided else self.test.required_runs
 
     @property
     def note(self) -> str:
         """Phrases: why the corrected p-value decides, and how many runs would decide. Can be ""."""
         numbers = self.numbers
-        return self.test.explain(numbers.low, numbers.high, is_decided=self._is_decided)
+        return self.test.explain(numbers.low, numbers.high, is_decided=self.is_decided)
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table, with the keys `COMPARISON_COLUMNS`."""
@@ -137,38 +138,35 @@ def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[
     """Return the condition with which each condition is compared. A reference has no entry.
 
     If a baseline is given, it is the reference of all conditions. Otherwise a condition is compared
-    with the first condition in the same world: on the same map, and in a multiverse under the same
-    variant. A condition that is alone in its world is not compared.
+    with the first condition in the same world, and in a multiverse under the same variant. A
+    condition that is alone in its world is not compared.
     """
     if baseline:
         return {name: baseline for name in factors if name != baseline}
-    first: dict[tuple[str, str], str] = {}  # Name by map and variant.
-    pairs = {}
-    for name, levels in factors.items():
-        world = (levels.map, levels.variant if levels.map else "")
-        pairs[name] = first.setdefault(world, name)
+    first: dict[tuple[str, ...], str] = {}  # Name by map, variant and world.
+    pairs = {name: first.setdefault(levels.place, name) for name, levels in factors.items()}
     return {name: reference for name, reference in pairs.items() if reference != name}
 
 
 def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -> str:
-    """Describe which conditions are compared, and which are not because of their maps."""
+    """Describe which conditions are compared, and which are not because of their worlds."""
     baselines = dict.fromkeys(pairs.values())
     sentences = []
     if len(baselines) == 1:
         sentences = [f"Each condition is compared with {name}." for name in baselines]
     elif baselines:
-        sentences = ["Each condition is compared with the first condition on its map."]
-    across = [name for name in pairs if factors[name].map != factors[pairs[name]].map]
+        sentences = ["Each condition is compared with the first condition in its world."]
+    across = [name for name in pairs if factors[name].place != factors[pairs[name]].place]
     if across:
         reference = _locate(pairs[across[0]], factors)
         conditions = ", ".join(_locate(name, factors) for name in across)
-        sentences.append(f"Conditions on another map than {reference}: {conditions}.")
+        sentences.append(f"Conditions in another world than {reference}: {conditions}.")
     alone = [name for name in factors if name not in (*pairs, *baselines)]
     if alone and len(factors) > 1:
         conditions = ", ".join(_locate(name, factors) for name in alone)
         sentences.append(
-            f"Not compared, because no other condition is on the same map: {conditions}. The "
-            f"option --baseline {next(iter(factors))} compares conditions on different maps."
+            f"Not compared, because no other condition is in the same world: {conditions}. The "
+            f"option --baseline {next(iter(factors))} compares conditions in different worlds."
         )
     return " ".join(sentences)
 

@@ -35,7 +35,7 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     for row in rows:
         groups.setdefault(_name_pair(contrasts, row), []).append(row)
     pairs = sorted(groups.items(), key=lambda entry: -_measure_decided(entry[1]))
-    decided = [entry for entry in pairs if any(map(_is_decided, entry[1]))]
+    decided = [entry for entry in pairs if any(row.is_decided for row in entry[1])]
     has_count = len(pairs) > MAX_SENTENCES or (len(pairs) > 1 and not decided)
     shown = decided[:MAX_SENTENCES] if has_count else pairs
     sentences = [_describe_pair(contrasts, *names, pair) for names, pair in shown]
@@ -67,22 +67,17 @@ def describe_statistic(contrasts: Contrasts) -> str:
     )
 
 
-def _is_decided(row: Contrast) -> bool:
-    return row.verdict in (HIGHER, LOWER)
-
-
 def _measure_decided(rows: Sequence[Contrast]) -> float:
     """Return the largest absolute effect with a decision, or 0."""
-    return max((abs(row.numbers.effect) for row in rows if _is_decided(row)), default=0.0)
+    return max((abs(row.numbers.effect) for row in rows if row.is_decided), default=0.0)
 
 
 def _name_pair(contrasts: Contrasts, row: Contrast) -> tuple[str, str]:
     """Return the names of the compared agents: without the map if both conditions share it."""
     condition, reference = contrasts.factors[row.condition], contrasts.factors[row.reference]
-    if condition.learner and condition.map == reference.map != "":
-        return condition.learner, reference.learner
-    if condition.map == reference.map:
-        return row.condition, row.reference
+    if condition.place == reference.place:
+        has_map = condition.learner and condition.map
+        return (condition.learner, reference.learner) if has_map else (row.condition, row.reference)
     return (
         _name_with_map(row.condition, condition.map),
         _name_with_map(row.reference, reference.map),
@@ -110,7 +105,7 @@ def _describe_pair(
         return f"{place}{_format_interval(row)}"
 
     clauses = []
-    if decided := [row for row in rows if _is_decided(row)]:
+    if decided := [row for row in rows if row.is_decided]:
         clauses.append(_describe_decided(subject, other, decided, locate))
     for verdict, opening, pronoun in (
         (UNDECIDED, "it is undecided whether {} differ", "they"),
@@ -168,7 +163,7 @@ def _count_verdicts(rows: Sequence[Contrast]) -> str:
         if verdict in verdicts
     ]
     references = {row.reference for row in rows}
-    reference = references.pop() if len(references) == 1 else "the first on their map"
+    reference = references.pop() if len(references) == 1 else "the first in their world"
     return (
         f"{len(rows)} conditions compared with {reference} in {rows[0].outcome}: "
         f"{', '.join(counts)}."

@@ -25,7 +25,7 @@ def format_numbers(values: Sequence[float]) -> list[str]:
     """Return numbers that are read together. Different numbers have different texts.
 
     >>> format_numbers([12.34, 12.31, 44.6]), format_numbers([0.0, 1e-5])
-    (['12.34', '12.31', '44.60'], ['0', '1.00e−5'])
+    (['12.34', '12.31', '44.60'], ['0', '1.00e-05'])
     """
     return _distinguish([float(value) for value in values], _format_decimals)
 
@@ -52,30 +52,31 @@ def _distinguish(numbers: Sequence[float], write: Callable[[float, int], str]) -
     # Numbers that differ only after ten digits differ by rounding.
     different = {float(f"{number:.10g}") for number in numbers if math.isfinite(number)}
     extra = 0
-    while extra < 10 and len({write(number, extra) for number in different}) < len(different):
+    while len({write(number, extra) for number in different}) < len(different):
         extra += 1
     return [write(number, extra) for number in numbers]
 
 
 def _format_decimals(value: float, extra: int) -> str:
     size = abs(value)
+    sign = "−" if value < 0 else ""
     if not math.isfinite(value):
         return "–"
     if value == 0:
         return "0"
     if size < MIN_PLAIN:
-        digits, exponent = f"{value:.{2 + extra}e}".split("e")
-        return f"{digits}e{int(exponent)}".replace("-", "−")
+        return f"{sign}{size:.{2 + extra}e}"
     # A smaller number would be 0.00 with two decimals.
     small_decimals = 2 if size >= 0.005 else 2 - math.floor(math.log10(size))
     decimals = 0 if size >= 100 else 1 if size >= 10 else small_decimals
-    return f"{value:,.{decimals + extra}f}".replace("-", "−")
+    return f"{sign}{size:,.{decimals + extra}f}"
 
 
 def format_percentage(share: float, sign: str = "") -> str:
-    """Return a percentage, such as "34 %" or "0.3 %". `sign`: "+" for "+34 %"."""
-    digits = ".0f" if round(100 * share) or not share else ".1g"
-    return f"{100 * share:{sign}{digits}} %"
+    """Return a percentage: "0 %" and "100 %" only for 0 and 1. `sign`: "+" for "+34 %"."""
+    numbers = [abs(100 * share), 0.0, 100.0]
+    percentage = _distinguish(numbers, lambda number, extra: f"{number:.{extra}f}")[0]
+    return f"{'-' if share < 0 else sign}{percentage} %"
 
 
 def format_signed(value: float) -> str:

@@ -95,18 +95,18 @@ def describe_method(contrasts: Contrasts) -> str:
 
 def describe_contrast(contrast: Contrast) -> str:
     """Return the result of a comparison as a sentence with effect, interval, p-value and runs."""
-    return f"{state_verdict(contrast)}: {format_effect(contrast.numbers)}, {format_test(contrast)}."
-
-
-def state_verdict(contrast: Contrast) -> str:
-    """Return the verdict of a comparison as a sentence without numbers and without a period."""
-    outcome = name_outcome_of(contrast.outcome, AGENT_NAMES[contrast.measure])
-    condition, reference = contrast.condition, contrast.reference
-    if contrast.verdict == TOO_FEW_RUNS:
-        return f"The runs are too few to compare {condition} and {reference} in {outcome}"
-    if contrast.verdict in ("higher", "lower"):
-        return f"{condition} is {contrast.verdict} than {reference} in {outcome}"
-    return f"It is undecided whether {condition} and {reference} differ in {outcome}"
+    condition, reference, numbers = contrast.condition, contrast.reference, contrast.numbers
+    if contrast.is_decided:
+        result = f"{condition} is {contrast.verdict} than {reference}"
+    elif contrast.verdict == TOO_FEW_RUNS:
+        result = f"The runs are too few to compare {condition} and {reference}"
+    else:
+        result = f"It is undecided whether {condition} and {reference} differ"
+    return (
+        f"{result} in {name_outcome_of(contrast.outcome, AGENT_NAMES[contrast.measure])}: "
+        f"{format_effect(numbers)}, corrected p {format_p_value(contrast.test.p_holm)}, "
+        f"{numbers.n_a} and {numbers.n_b} runs."
+    )
 
 
 def format_effect(numbers: Comparison | Pairs) -> str:
@@ -119,11 +119,3 @@ def format_effect(numbers: Comparison | Pairs) -> str:
 def format_medians(numbers: Comparison | Pairs) -> list[str]:
     """Return the medians of both samples."""
     return format_numbers([numbers.median_a, numbers.median_b])
-
-
-def format_test(contrast: Contrast) -> str:
-    """Return the p-value and the runs, such as "corrected p 1.9e-09, 30 and 30 runs"."""
-    numbers = contrast.numbers
-    return (
-        f"corrected p {format_p_value(contrast.test.p_holm)}, {numbers.n_a} and {numbers.n_b} runs"
-    )

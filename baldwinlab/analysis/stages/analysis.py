@@ -311,12 +311,11 @@ def evaluate_specifications(
     """
     learners = list(dict.fromkeys(factor.learner for factor in factors.values()))
     maps = dict.fromkeys(factor.map for factor in factors.values())
-    conditions = {factor: name for name, factor in factors.items()}
+    conditions = {factor[:3]: name for name, factor in factors.items()}
     means: dict[str, list[float]] = {}
     for variant in dict.fromkeys(factor.variant for factor in factors.values()):
         names = [
-            [conditions[Factors(learner, map_name, variant)] for map_name in maps]
-            for learner in learners
+            [conditions[learner, map_name, variant] for map_name in maps] for learner in learners
         ]
         if all(name in values for group in names for name in group):
             means[variant] = [

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.analysis.results.contrasts import (
+    COMPARISON_COLUMNS,
     Contrasts,
     compare_final_values,
     final_values,
@@ -27,7 +28,7 @@ from baldwinlab.analysis.statistics.significance import describe_too_few
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import quote_path
 from baldwinlab.experiment import ExperimentError
-from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors
+from baldwinlab.experiment.conditions import CONDITIONS, SWEEP, Factors, add_maps
 from baldwinlab.experiment.outcome import combine_outcomes
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
@@ -143,10 +144,12 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
     An undefined number is None.
     """
     rows = []
-    for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
-        row = replace_undefined(contrast.row())
+    _, numbers = add_maps(
+        COMPARISON_COLUMNS, [contrast.row() for contrast in contrasts.rows], contrasts.factors
+    )
+    for contrast, row, cells in zip(contrasts.rows, numbers, list_cells(contrasts), strict=True):
         texts = {"note": contrast.note, "sentence": describe_contrast(contrast)}
-        rows.append(row | texts | {"cells": cells})
+        rows.append(replace_undefined(row) | texts | {"cells": cells})
     return {
         "summary": summarize_contrasts(contrasts),
         "statistic": describe_statistic(contrasts),

@@ -23,7 +23,7 @@ from baldwinlab.api.publish.comparisons import compare_finals, has_comparisons, 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, parse_json, quote_path, read_text
-from baldwinlab.experiment.conditions import MULTIVERSE, SWEEP, Factors
+from baldwinlab.experiment.conditions import FACTOR_NAMES, MULTIVERSE, SWEEP
 from baldwinlab.experiment.measures import SPECIES_CURVES, list_species_curves
 from baldwinlab.experiment.outcome import describe_measures, name_food_outcome
 from baldwinlab.studies.assays.results import read_assays
@@ -184,7 +184,7 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
     else:
         columns = {
             factor: [getattr(study.factors[name], factor) for name in names]
-            for factor in Factors._fields
+            for factor in FACTOR_NAMES
         }
     return {name: values for name, values in columns.items() if len(set(values)) > 1}
 

@@ -149,7 +149,7 @@ def _write_report(
     sections = _extra_sections(plan, assays, analysis, standard)
     if changes := _make_trait_section(study, assays.get("innate", {})):
         sections.append(changes)
-    sections += make_own_sections(stored, study.directory / "figures")
+    sections += make_own_sections(stored, study.directory / "figures", report.instruction)
     summary = None
     design = read_design(plan.paper) if plan.paper else None
     if plan.paper and design:

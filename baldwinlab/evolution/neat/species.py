@@ -8,7 +8,9 @@ previous generation only.
 
 If the population stagnates, only the two best species reproduce. The paper does not state the
 number of generations. It is one here, as in the authors' program, from memory. Then the count of
-generations without improvement starts again.
+generations without improvement starts again, until the best fitness of the population increases.
+From then on, the stored count of a species applies, which also has the generations before the
+restart. A species that has not improved for long can therefore lose its permission at once.
 
 References
 ----------

@@ -161,19 +161,14 @@ def _find_limit_errors(lab: Lab, body: dict[str, Any]) -> list[dict[str, str]]:
 def _describe_sample_size(body: dict[str, Any]) -> str:
     """Return a note if there are too few runs to compare two conditions, else ""."""
     # This import of SciPy's statistics takes time.
-    from baldwinlab.analysis.results.contrasts import planned_tests
-    from baldwinlab.analysis.statistics.significance import describe_too_few
+    from baldwinlab.api.publish.comparisons import describe_planned
 
     if "runs" not in body:
         return ""
     two_conditions = {"first": Factors(), "second": Factors()}
     n_runs = read_body_number(body, "runs", 1)
-    instruction = "Set the number of runs to {runs}."
-    note = describe_too_few(planned_tests(two_conditions, n_runs), instruction=instruction)
-    if not note:
-        return ""
-    note_within_sentence = f"{note[0].lower()}{note[1:]}"
-    return f"To compare two conditions: {note_within_sentence}"
+    note = describe_planned(two_conditions, n_runs, "Set the number of runs to {runs}.")
+    return f"To compare two conditions: {note[0].lower()}{note[1:]}" if note else ""
 
 
 def _find_error_path(message: str, tree: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -105,8 +106,16 @@ def test_the_figure_has_the_median_of_each_meeting() -> None:
 def test_the_section_has_the_answers_and_the_figure(
     tmp_path: Path, generations: tuple[int, ...]
 ) -> None:
-    section = make_section({"both": make_opponents(1, 0, generations)}, tmp_path)
+    instruction = "To add runs: baldwinlab run mine --runs {runs}"
+    section = make_section({"both": make_opponents(1, 0, generations)}, tmp_path, instruction)
+    assert "To add runs" not in section.body
     has_tests = len(generations) > 1
     assert ("predators of generation 20 compared with" in section.body) == has_tests
     assert ("higher in both" in section.summary) == has_tests
     assert {path.suffix for path in tmp_path.iterdir()} == {".svg", ".pdf", ".png", ".csv"}
+
+
+def test_the_section_says_how_to_add_runs_if_they_are_too_few(tmp_path: Path) -> None:
+    few = {"few": make_opponents(1, 0).isel(run=[0, 1])}
+    section = make_section(few, tmp_path, "To add runs: baldwinlab run mine --runs {runs}")
+    assert re.search(r"(\d+) runs are needed\. To add runs: .* mine --runs \1<", section.body)

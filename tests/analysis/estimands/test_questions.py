@@ -96,7 +96,7 @@ def test_a_fork_needs_a_share_of_agents_above_the_floor(
     assert (row.measurability == MEASURED) == is_measured
     if not n_above:
         assert row.reason == (
-            "0.0 % of the agents of both groups are above the lowest innate fitness, 1, and 5 % "
+            "0 % of the agents of both groups are above the lowest innate fitness, 1, and 5 % "
             "are needed."
         )
 

@@ -87,10 +87,10 @@ def test_variants_without_effect_and_claims_that_never_hold_are_named() -> None:
 
 def test_combinations_name_the_choice_with_the_largest_effect() -> None:
     sentences = describe_combinations(full_multiverse())
-    assert sentences[0] == "C1 holds under 100% of 4 combinations and fails under 0%."
+    assert sentences[0] == "C1 holds under 100 % of 4 combinations and fails under 0 %."
     assert sentences[5] == (
-        "C6 holds under 50% of 4 combinations and fails under 50%. The choice with the largest "
-        "effect is R4: the claim holds under 100% with standard and 0% with rank."
+        "C6 holds under 50 % of 4 combinations and fails under 50 %. The choice with the largest "
+        "effect is R4: the claim holds under 100 % with standard and 0 % with rank."
     )
     assert describe_combinations(small_multiverse()) == []
 

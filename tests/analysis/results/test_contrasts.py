@@ -35,7 +35,7 @@ def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
     pairs = {(row.condition, row.reference) for row in contrasts.rows}
     assert pairs == {("evo+drift/A", "evo/A"), ("evo+lamarckian/B", "evo/B")}
     assert [row.measure for row in contrasts.rows] == ["mean", "best"] * 2
-    assert contrasts.pairing == "Each condition is compared with the first condition on its map."
+    assert contrasts.pairing == "Each condition is compared with the first condition in its world."
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,10 @@ def test_a_multiverse_is_compared_within_each_variant() -> None:
         for variant in ("R1", "R2")
         for learner in ("evo", "drift")
     }
-    assert find_references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
+    pairs = {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
+    assert find_references(named) == pairs
+    # The variants of a paper without maps are different experiments, too.
+    assert find_references({name: row._replace(map="") for name, row in named.items()}) == pairs
 
 
 def test_all_conditions_are_compared_with_a_given_baseline() -> None:
@@ -74,8 +77,8 @@ def test_all_conditions_are_compared_with_a_given_baseline() -> None:
         ("evo/B", "evo+drift/B"),
     }
     assert contrasts.pairing == (
-        "Each condition is compared with evo+drift/B. Conditions on another map than evo+drift/B "
-        "(map B): evo/A (map A)."
+        "Each condition is compared with evo+drift/B. Conditions in another world than "
+        "evo+drift/B (map B): evo/A (map A)."
     )
 
 
@@ -84,13 +87,13 @@ def test_a_comparison_across_maps_is_made_only_on_request_and_names_both_maps() 
     contrasts = compare_conditions(study(eaten))
     assert {row.condition for row in contrasts.rows} == {"evo+drift/A"}
     assert contrasts.pairing == (
-        "Each condition is compared with evo/A. Not compared, because no other condition is on the "
-        "same map: evo/B (map B). The option --baseline evo/A compares conditions on different "
-        "maps."
+        "Each condition is compared with evo/A. Not compared, because no other condition is in the "
+        "same world: evo/B (map B). The option --baseline evo/A compares conditions in different "
+        "worlds."
     )
     contrasts = compare_conditions(study(eaten), baseline="evo/A")
     assert contrasts.pairing == (
-        "Each condition is compared with evo/A. Conditions on another map than evo/A (map A): "
+        "Each condition is compared with evo/A. Conditions in another world than evo/A (map A): "
         "evo/B (map B)."
     )
     assert summarize_contrasts(contrasts)[0] == (

@@ -26,7 +26,7 @@ from baldwinlab.analysis.results.numbers import (
         ((-0.5, -1.25, 0), "−0.50 [−1.25, 0]"),
         # A small scale, for example a food energy of 1e-5.
         ((0.000647, 0.000228, 0.000779), "0.000647 [0.000228, 0.000779]"),
-        ((6.47e-7, -2.28e-9, 1), "6.47e−7 [−2.28e−9, 1.00]"),
+        ((6.47e-7, -2.28e-9, 1), "6.47e-07 [−2.28e-09, 1.00]"),
         # A small interval.
         ((12.34, 12.31, 12.38), "12.34 [12.31, 12.38]"),
         ((1234.56, 1234.51, 1235.2), "1,234.6 [1,234.5, 1,235.2]"),
@@ -71,5 +71,6 @@ def test_an_estimate_of_the_atlas_has_distinct_digits_too() -> None:
 
 def test_a_small_percentage_is_not_0() -> None:
     shares = {0: "0 %", 0.34: "34 %", 0.0034: "0.3 %", -1e-5: "-0.001 %", 1: "100 %"}
+    shares |= {0.9996: "99.96 %", -0.9999: "-99.99 %", 1.2: "120 %", 0.995: "99.5 %"}
     assert [format_percentage(share) for share in shares] == [*shares.values()]
     assert format_percentage(0.5, "+") == "+50 %"

@@ -7,6 +7,7 @@ import os
 import shlex
 import shutil
 from pathlib import Path
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -81,6 +82,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
             "learns": name != "evo",
             "map": "your map",
             "variant": "",
+            "world": ANY,
             "shown": False,
             **sizes,
         }

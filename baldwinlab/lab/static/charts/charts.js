@@ -11,7 +11,7 @@ import {
   selectSeriesStyle,
 } from "./chart_series.js";
 import { drawPicture } from "./chart_picture.js";
-import { createButton, el, formatDecimals } from "../core/common.js";
+import { createButton, el, formatNumber } from "../core/common.js";
 import { createChartDownloads } from "../core/downloads.js";
 
 // The word before the number of a run.
@@ -87,14 +87,7 @@ function describeTarget({ index, curve }, chart, options) {
   const position = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
   if (!curve) return position;
   const run = curve.run === undefined ? "" : `, ${runLabel} ${curve.run}`;
-  return `${curve.label}${run}, ${position}: ${formatShort(curve.value)}`;
-}
-
-function formatShort(value) {
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  if (size >= 100) return formatDecimals(value, 0);
-  return formatDecimals(value, size >= 1 ? 1 : 3);
+  return `${curve.label}${run}, ${position}: ${formatNumber(curve.value)}`;
 }
 
 /**
@@ -241,13 +234,13 @@ export class LineChart {
   showValues(index, focusedColumn) {
     this.legend.querySelectorAll(".chart-value").forEach((element, number) => {
       const value = index == null ? null : this.series[number]?.values[index];
-      element.textContent = value == null ? "" : formatShort(value);
+      element.textContent = value == null ? "" : formatNumber(value);
     });
     const { run, label, values } =
       collectCurves(this.series).find(({ columns: [column] }) => column === focusedColumn) ?? {};
     const hasRunValue = run !== undefined && values[index] != null;
     this.pointedRun.textContent = hasRunValue
-      ? `${label}, ${this.options.runLabel ?? RUN_LABEL} ${run}: ${formatShort(values[index])}`
+      ? `${label}, ${this.options.runLabel ?? RUN_LABEL} ${run}: ${formatNumber(values[index])}`
       : "";
   }
 

@@ -319,10 +319,20 @@ export function formatDecimals(number, digits) {
 export function formatNumber(number) {
   if (number === null || number === undefined || Number.isNaN(number)) return "–";
   const size = Math.abs(number);
-  if (size !== 0 && size < 0.001) return number.toExponential(1);
+  // Reports have the same notation of exponents, with two digits.
+  if (size !== 0 && size < 0.001) return number.toExponential(1).replace(/e-(?=\d$)/, "e-0");
   if (Number.isInteger(number) || size >= 100) return formats[0].format(number);
   if (size >= 10) return formats[1].format(number);
   return formats[size >= 1 ? 2 : 3].format(number);
+}
+
+/** Format a share, such as "34 %" or "0.3 %". Only the shares 0 and 1 are "0 %" and "100 %". */
+export function formatPercentage(share) {
+  const isExact = share === 0 || share === 1;
+  const isRounded = (digits) => [0, 100].includes(Number((100 * share).toFixed(digits)));
+  let digits = 0;
+  while (!isExact && digits < 20 && isRounded(digits)) digits += 1;
+  return `${formatDecimals(100 * share, digits)} %`;
 }
 
 export class Tooltip {

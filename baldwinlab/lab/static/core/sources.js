@@ -139,13 +139,18 @@ export async function addTypicalRun(studies, state) {
   }
 }
 
+/** Return whether two conditions are compared: on one map, under one variant, in one world. */
+function sharesWorld(first, second) {
+  return ["map", "variant", "world"].every((factor) => first[factor] === second?.[factor]);
+}
+
 /**
- * Return the lifetime to compare with: the main or next condition on the same map, or generation 0.
+ * Return the lifetime to compare with: the main or next condition in the same world, or generation 0.
  */
 export function chooseComparison({ source, conditions }) {
   const current = conditions.find(({ name }) => name === source.condition);
   const candidates = conditions.filter(
-    ({ map, variant, steps }) => steps && map === current?.map && variant === current?.variant,
+    (candidate) => candidate.steps && sharesWorld(candidate, current),
   );
   const first = conditions.find(({ shown }) => shown)?.learner;
   const alternative = candidates
@@ -179,12 +184,11 @@ export function chooseOpening(studies) {
   const first = newest.conditions.find(({ name }) => name === condition);
   if (!first.steps) return { study, condition };
   const second = newest.conditions.find(
-    ({ map, variant, steps, learns, runs }) =>
-      steps &&
-      map === first.map &&
-      variant === first.variant &&
-      learns !== first.learns &&
-      first.runs.every((run) => runs.includes(run)),
+    (candidate) =>
+      candidate.steps &&
+      sharesWorld(candidate, first) &&
+      candidate.learns !== first.learns &&
+      first.runs.every((run) => candidate.runs.includes(run)),
   );
   if (!second) return { study, condition };
   return {

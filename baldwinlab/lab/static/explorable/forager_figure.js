@@ -1,6 +1,6 @@
 /** The foragers again: learning is switched off, and three kinds of newborns are compared. */
 
-import { el, formatDecimals, formatNumber } from "../core/common.js";
+import { el, formatDecimals, formatNumber, formatPercentage } from "../core/common.js";
 import { formatColor } from "../core/palette.js";
 import { Figure, formatText, wait } from "./figure.js";
 import { TrendChart } from "./trend_chart.js";
@@ -20,7 +20,7 @@ export class ForagerFigure extends Figure {
     this.title = el("p", { class: "soft", role: "status" });
     root.append(chart, this.title, this.bar, this.createBars());
     const { strings } = this;
-    this.setValue("hiding", `${Math.round(100 * this.data.recordings.hiding)} %`);
+    this.setValue("hiding", formatPercentage(this.data.recordings.hiding));
     this.chart = new TrendChart(chart, {
       title: strings.items_title,
       xLabel: strings.x_label,

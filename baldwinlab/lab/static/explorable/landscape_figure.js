@@ -59,7 +59,7 @@ export class LandscapeFigure extends RunFigure {
   /** Return how much better learners are born than the others, in points. */
   formatDifference() {
     const difference = this.chart.read("born") - this.chart.read("control");
-    return `${difference > 0 ? "+" : "−"}${formatNumber(Number(Math.abs(difference).toFixed(1)))}`;
+    return `${difference < 0 ? "−" : "+"}${formatNumber(Math.abs(difference))}`;
   }
 
   draw() {

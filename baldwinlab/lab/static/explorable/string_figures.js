@@ -1,6 +1,6 @@
 /** Strings of switches that guess: runs of Hinton and Nowlan, and of a world that changes. */
 
-import { el, formatNumber } from "../core/common.js";
+import { el, formatNumber, formatPercentage } from "../core/common.js";
 import { palette } from "../core/palette.js";
 import { formatText, RunFigure } from "./figure.js";
 import { computeBalance, NeedlePopulation, OPEN } from "./needle_model.js";
@@ -55,8 +55,8 @@ class StringFigure extends RunFigure {
     const means = this.population.next();
     this.drawStrings();
     this.setValue("generation", String(generation));
-    this.setValue("open", formatShare(means.open));
-    this.setValue("right", formatShare(means.right));
+    this.setValue("open", formatPercentage(means.open));
+    this.setValue("right", formatPercentage(means.right));
     this.setValue("trials_used", formatNumber(Math.round(means.trials)));
     return means;
   }
@@ -158,7 +158,7 @@ export class ChangingFigure extends StringFigure {
     this.startChart(this.chart);
     const theory = computeBalance(this.listSettings());
     this.chart.reference = { y: 100 * theory, text: this.strings.theory, color: "text" };
-    this.setValue("theory", formatShare(theory));
+    this.setValue("theory", formatPercentage(theory));
   }
 
   advance(generation) {
@@ -168,8 +168,4 @@ export class ChangingFigure extends StringFigure {
   draw() {
     this.chart.draw();
   }
-}
-
-function formatShare(share) {
-  return `${Math.round(100 * share)} %`;
 }

@@ -235,7 +235,7 @@ export class Inspector {
   /** Show an input. A real-valued input also shows its number. */
   showInput(light, { inputs, is_continuous: isContinuous }, input, value) {
     light.classList.toggle("lit", value > 0);
-    if (isContinuous[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
+    if (isContinuous[input]) light.textContent = `${inputs[input]} ${formatNumber(value)}`;
   }
 
   /** Show the performed action, and whether it was due to noise. */

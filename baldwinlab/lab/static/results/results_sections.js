@@ -1,7 +1,7 @@
 /** The controls at the top of the Results tab, and its folded sections. */
 
 import { createRunSwitch, selectSeriesStyle } from "../charts/chart_series.js";
-import { createButton, createFold, createSelect, el } from "../core/common.js";
+import { createButton, createFold, createSelect, el, formatNumber } from "../core/common.js";
 import { createChartDownloads, createFigureLinks } from "../core/downloads.js";
 import { createReactionNorms } from "./reaction_norms.js";
 import { createFactorLists } from "./results_factors.js";
@@ -170,7 +170,7 @@ function createBox(view, measure, { label, conditions, style }) {
   const { axis } = view.results.measures[measure];
   const describe = (index) => {
     const { condition, run, value } = points[index];
-    return `${condition}, run ${run}: ${value.toFixed(1)} ${axis}`;
+    return `${condition}, run ${run}: ${formatNumber(value)} ${axis}`;
   };
   const box = {
     label,

@@ -72,7 +72,7 @@ export class Recording {
     return this.inputs.flatMap(({ name, isContinuous }, input) => {
       const value = this.readInput(step, agent, input);
       if (!(value > 0)) return [];
-      return isContinuous ? `${name} ${value.toFixed(2)}` : name;
+      return isContinuous ? `${name} ${formatNumber(value)}` : name;
     });
   }
 
