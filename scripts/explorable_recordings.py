@@ -122,6 +122,9 @@ def _record_life(experiment: Experiment, generation: int) -> str:
 
 def make_recordings() -> dict[str, Any]:
     eaten, genomes = simulate_learners()
+    forked = explorable.make_scenes()["learning"].replace(
+        schedule=[{"generation": explorable.FORK_GENERATION, "learning.rate": 0.0}]
+    )
     born = np.array(
         [
             evaluate(newborns, generation, learns=False).energy
@@ -131,7 +134,7 @@ def make_recordings() -> dict[str, Any]:
     return {
         "curves": {
             "alone": record_curve(explorable.make_scenes()["alone"]),
-            "forked": record_curve(explorable.make_forked_scene()),
+            "forked": record_curve(forked),
             "born": born.mean(axis=-1).T.tolist(),
         },
         "hiding": record_hiding(eaten, born),

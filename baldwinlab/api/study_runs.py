@@ -28,7 +28,6 @@ from baldwinlab.studies.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
     import pandas as pd
-    import polars as pl
 
 
 class StudyRuns:
@@ -360,30 +359,6 @@ class StudyRuns:
         (400, 'items')
         """
         return StudyTable(self._store).to_pandas()
-
-    def to_polars(self) -> pl.DataFrame:
-        """Return the table of `to_pandas`, without units.
-
-        Returns
-        -------
-        polars.DataFrame
-            The table.
-
-        Raises
-        ------
-        StudyError
-            No run is stored, or a record is damaged.
-        RefusedError
-            Polars or PyArrow is not installed.
-
-        Examples
-        --------
-        >>> import baldwinlab as bl
-        >>> study = bl.open_study("mine")  # see the example of `run`
-        >>> study.to_polars().select("condition", "run", "food_eaten").shape
-        (400, 3)
-        """
-        return StudyTable(self._store).to_polars()
 
     @check_numbers
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:

@@ -106,6 +106,11 @@ def draw_normal_numbers(key: GenerationKey, agents: int, weights: int) -> Genome
     return genomes
 
 
+def draw_traits(key: GenerationKey, agents: int, mean: float, std: float) -> Genomes:
+    """Draw founders with one gene [agent, 1, 1] from a normal distribution."""
+    return np.float32(mean) + np.float32(std) * draw_normal_numbers(key, agents, 1)
+
+
 def draw_founder_numbers(key: GenerationKey, agents: int, weights: int) -> Numbers:
     """Draw uniform random numbers in (0, 1) for founders with one module [agent, 1, weight]."""
     return key.uniforms(FOUNDER, (agents, weights))[:, None, :, 0]

@@ -11,8 +11,8 @@ If the study has no control without learning, the assay simulates it from the fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,14 @@ from baldwinlab.evolution import Genome, make_founders, make_run_keys
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.conditions import find_control
 from baldwinlab.simulation.reevaluation import Outcomes
-from baldwinlab.studies.assays import SIMULATION_OBSTACLES, Arrays, Assay, Conditions, Sample
+from baldwinlab.studies.assays import (
+    SIMULATION_OBSTACLES,
+    Arrays,
+    Assay,
+    AssayPlan,
+    Conditions,
+    Sample,
+)
 from baldwinlab.studies.assays.fork import find_evolution_obstacle, fit_genomes, simulate_control
 from baldwinlab.studies.assays.innate import weight_distances
 from baldwinlab.studies.assays.neutral import inherits_learned, make_next_controls
@@ -41,16 +48,15 @@ def choose_generations(experiment: BaseExperiment) -> list[int]:
     return sorted({*range(length), *range(n_generations - length, n_generations)})
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    generations = np.array(choose_generations(study.experiments[condition]), np.int32)
-    return {"generation": generations, "history": list(HISTORIES)}
-
-
-def count_lives(study: Conditions, condition: str) -> int:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
+    generations = choose_generations(experiment)
     has_control = bool(find_control(condition, study.experiments))
     lives_of_control = 0 if has_control else experiment.evolution.generations
-    return lives_of_control + len(HISTORIES) * len(choose_generations(experiment))
+    return AssayPlan(
+        {"generation": np.array(generations, np.int32), "history": list(HISTORIES)},
+        lives_of_control + len(HISTORIES) * len(generations),
+    )
 
 
 def measure(sample: Sample) -> Arrays:
@@ -134,8 +140,7 @@ ASSAY: Final = Assay(
             "distance that learning covers, mean over agents",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_evolution_obstacle, find_inheritance_obstacle),
     uses_control=True,

@@ -13,8 +13,8 @@ genetic theory of canalization, Evolution 51 (1997).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Energy,
     Sample,
@@ -43,27 +44,23 @@ MAX_MUTANTS_OF_AGENT: Final = 10
 WORLDS: Final = ("stored", "new")
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
     generations = first_middle_last(experiment.evolution.generations)
-    return {
+    n_mutants = count_mutants(experiment)
+    coordinates = {
         "generation": np.array(generations, np.int32),
         "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
         "world": list(WORLDS),
-        "mutant": np.arange(count_mutants(experiment), dtype=np.int32),
+        "mutant": np.arange(n_mutants, dtype=np.int32),
     }
+    n_life_kinds = 2 if experiment.learns else 1
+    return AssayPlan(coordinates, len(generations) * n_life_kinds * (len(WORLDS) + n_mutants))
 
 
 def count_mutants(experiment: BaseExperiment) -> int:
     """Return the number of mutants of each agent."""
     return min(math.ceil(MIN_MUTANTS / experiment.population.size), MAX_MUTANTS_OF_AGENT)
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    experiment = study.experiments[condition]
-    n_generations = len(first_middle_last(experiment.evolution.generations))
-    n_life_kinds = 2 if experiment.learns else 1
-    return n_generations * n_life_kinds * (len(WORLDS) + count_mutants(experiment))
 
 
 def measure(sample: Sample) -> Arrays:
@@ -152,8 +149,7 @@ ASSAY: Final = Assay(
             "fitness of a single mutant of the agent in the stored world; NaN without a mutation",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_genome_obstacle),
 )

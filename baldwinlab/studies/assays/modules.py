@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -26,12 +26,8 @@ MODULE_COMBINATIONS = (
 )
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    return {"modules": list(MODULE_COMBINATIONS)}
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    return len(MODULE_COMBINATIONS)
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
+    return AssayPlan({"modules": list(MODULE_COMBINATIONS)}, len(MODULE_COMBINATIONS))
 
 
 def measure(sample: Sample) -> Arrays:
@@ -74,8 +70,7 @@ ASSAY: Final = Assay(
     variables={
         "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
     is_default=True,

@@ -10,7 +10,7 @@ The neutral model as a baseline is from M. Kimura, Evolutionary rate at the mole
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -32,6 +32,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -43,26 +44,22 @@ MAX_GENERATIONS = 10
 NEWBORNS: Final = ("evolved", "neutral control")
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    generations = np.array(assayed_generations(study.experiments[condition]), np.int32)
-    return {
-        "generation": generations,
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
+    experiment = study.experiments[condition]
+    compared = assayed_generations(experiment)
+    coordinates = {
+        "generation": np.array(compared, np.int32),
         "newborns": list(NEWBORNS),
         "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
     }
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    experiment = study.experiments[condition]
-    n_compared = len(assayed_generations(experiment))
     # The control is simulated without learning.
-    n_lives = n_compared
+    n_lives = len(compared)
     if experiment.learns:
         # The evolved newborns are simulated without learning, and the control with learning.
-        n_lives += n_compared
+        n_lives += len(compared)
         inherits = inherits_learned(experiment)
-        n_lives += experiment.evolution.generations if inherits else n_compared
-    return n_lives
+        n_lives += experiment.evolution.generations if inherits else len(compared)
+    return AssayPlan(coordinates, n_lives)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -166,8 +163,7 @@ ASSAY: Final = Assay(
             "fitness of these newborns in this kind of lifetime",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_selection_obstacle),
     is_default=True,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     OnMap,
     Sample,
@@ -37,17 +38,14 @@ class ChangedSetting(NamedTuple):
     experiment: Experiment
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     all_settings = list_settings(study.experiments[condition], list_other_maps(study, condition))
-    return {
+    coordinates = {
         "setting": np.arange(len(all_settings), dtype=np.int32),
         "field": ("setting", [setting.field for setting in all_settings]),
         "value": ("setting", [setting.value for setting in all_settings]),
     }
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    return len(list_settings(study.experiments[condition], list_other_maps(study, condition)))
+    return AssayPlan(coordinates, len(all_settings))
 
 
 def measure(sample: Sample) -> Arrays:
@@ -102,8 +100,7 @@ ASSAY: Final = Assay(
     variables={
         "energy": declare_fitness(("setting", "agent"), "fitness in this setting"),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle),
     is_default=True,

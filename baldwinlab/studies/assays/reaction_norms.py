@@ -11,8 +11,7 @@ Biology 22 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -33,18 +33,19 @@ N_GENERATIONS: Final = 4
 LEARNING_FACTORS: Final = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    generations = assayed_generations(study.experiments[condition])
-    return {"generation": np.array(generations, np.int32), "factor": np.array(LEARNING_FACTORS)}
-
-
-def count_lives(study: Conditions, condition: str) -> int:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
-    return sum(
+    generations = assayed_generations(experiment)
+    n_lives = sum(
         scale_learning(experiment, generation, factor) is not None
-        for generation in assayed_generations(experiment)
+        for generation in generations
         for factor in LEARNING_FACTORS
     )
+    coordinates = {
+        "generation": np.array(generations, np.int32),
+        "factor": np.array(LEARNING_FACTORS),
+    }
+    return AssayPlan(coordinates, n_lives)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -122,8 +123,7 @@ ASSAY: Final = Assay(
             "fitness with this multiple of the amount of learning; NaN if it is not valid",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
 )

@@ -66,6 +66,7 @@ PUZZLE_GENERATIONS: Final = 51
 CHANGING_GENERATIONS: Final = 201
 # Number of landscapes on which strings climb, and generations before and after the fork.
 LANDSCAPES: Final = 40
+CLIMBER_SETTINGS: Final = {"bits": 12, "k": 6}
 CLIMBING_GENERATIONS: Final = 100
 CLIMBING_GENERATIONS_AFTER: Final = 20
 
@@ -108,30 +109,6 @@ def make_scenes() -> Mapping[str, Experiment]:
         "learning": learning,
         "map": learning.replace(name="map", world={"features": MAP_FEATURES}),
     }
-
-
-def make_forked_scene() -> Experiment:
-    """Return the scene `learning`, with learning switched off from the fork on."""
-    return make_scenes()["learning"].replace(
-        schedule=[{"generation": FORK_GENERATION, "learning.rate": 0.0}]
-    )
-
-
-def make_puzzle() -> BaseExperiment:
-    """Return the experiment of Hinton and Nowlan."""
-    return presets.load("guessing")
-
-
-def make_needle(cost: float, period: int) -> BaseExperiment:
-    """Return strings with a cost of trials in a changing world. 0: the world never changes."""
-    return presets.load("guessing/every-10").replace(
-        moving_needle={"cost_of_trials": cost, "period": period}
-    )
-
-
-def make_climbers() -> BaseExperiment:
-    """Return strings of 12 bits that climb rugged landscapes."""
-    return presets.load("climbing/rugged").replace(nk_climbers={"bits": 12, "k": 6})
 
 
 def _shorten(experiment: BaseExperiment) -> Experiment:
@@ -190,7 +167,7 @@ def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
 
 def _collect_needle() -> dict[str, Any]:
     """Return the settings of the strings that guess: `NeedleSettings` in needle_model.js."""
-    puzzle, changing = make_puzzle().to_dict(), make_needle(1.0, 0).to_dict()
+    puzzle, changing = (presets.load(name).to_dict() for name in ("guessing", "guessing/every-10"))
     model = puzzle["hinton_nowlan"]
     return {
         "settings": {
@@ -213,7 +190,7 @@ def _collect_needle() -> dict[str, Any]:
 
 def _collect_climbers() -> dict[str, Any]:
     """Return the settings of the strings on landscapes: `ClimberSettings` in landscape_model.js."""
-    experiment = make_climbers().to_dict()
+    experiment = presets.load("climbing/rugged").replace(nk_climbers=CLIMBER_SETTINGS).to_dict()
     model = experiment["nk_climbers"]
     return {
         "settings": {
