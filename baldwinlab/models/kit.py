@@ -19,7 +19,7 @@ from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_module
 from baldwinlab.evolution.rng_key import GenerationKey
-from baldwinlab.parts import FOUNDER, LIFE, Field, Measure, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, Field, Measure, Model, uniforms
 
 Genomes = npt.NDArray[np.float32]
 """Genomes of several runs [run, agent, module, weight], or of one run [agent, module, weight]."""
@@ -89,6 +89,15 @@ def _stack_runs(
 def draw_bits(key: GenerationKey, agents: int, bits: int) -> Genomes:
     """Draw founders with one module [agent, 1, bit]. 0 and 1 have equal probabilities."""
     return (draw_founder_numbers(key, agents, bits) < 0.5).astype(np.float32)
+
+
+class BitModel(Model):
+    """Base of models whose genomes are bits, with equal probabilities of 0 and 1 in founders."""
+
+    alleles = BITS
+
+    def founders(self, agents: int, key: Any) -> Genomes:
+        return draw_bits(key, agents, self.n_weights())
 
 
 def draw_alleles(key: GenerationKey, agents: int, loci: int, unset_share: float) -> Genomes:

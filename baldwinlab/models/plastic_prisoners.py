@@ -47,7 +47,6 @@ from baldwinlab.parts import (
     LifeResults,
     MatrixView,
     Measure,
-    Model,
     Variable,
     View,
 )
@@ -268,7 +267,7 @@ def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> Mat
     )
 
 
-class PlasticPrisoners(Model, name="plastic-prisoners"):
+class PlasticPrisoners(kit.BitModel, name="plastic-prisoners"):
     """Strategies of the iterated prisoner's dilemma with genes that change during a match."""
 
     rounds: int = Field(50, ge=1, le=1000, description="Number of rounds per match.")
@@ -300,7 +299,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
-    alleles = kit.BITS
     learned_distance = "plasticity"
     lifetime_steps = "rounds"
     settings_without_learning = {"learning": False}
@@ -348,9 +346,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
 
     def n_weights(self) -> int:
         return 2 * len(PAIRS)
-
-    def founders(self, agents: int, key: Any) -> kit.Genomes:
-        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes
