@@ -29,7 +29,7 @@ R. Suzuki and T. Arita, Journal of the Japanese Society for Artificial Intellige
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import product
 from typing import Any, Final, Literal
@@ -204,24 +204,16 @@ def share_of_outstanding(runs: xr.Dataset) -> xr.DataArray:
     return counts.sel(strategy=OUTSTANDING) / counts.sum("strategy")
 
 
-def value_at_generation(
-    quantity: Callable[[xr.Dataset], xr.DataArray], generation: int
-) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: a quantity in a generation, or in the last one of a shorter run.
-
-    `quantity` gets the runs with only this generation.
-    """
-
-    def measure(runs: xr.Dataset) -> xr.DataArray:
-        index = min(generation, runs.sizes["generation"] - 1)
-        return quantity(runs.isel(generation=[index])).isel(generation=0)
-
-    return measure
+def find_leading_strategy(runs: xr.Dataset) -> xr.DataArray:
+    """Return the most frequent strategy in generation 2000, or in the last one of a shorter run."""
+    index = min(2000, runs.sizes["generation"] - 1)
+    counts = count_strategies(runs.isel(generation=[index]))
+    return counts.idxmax("strategy").isel(generation=0)
 
 
 def is_outstanding_leading(runs: xr.Dataset) -> xr.DataArray:
     """Return 1 if [x00x] is the most frequent strategy, else 0."""
-    return (count_strategies(runs).idxmax("strategy") == OUTSTANDING).astype(float)
+    return (find_leading_strategy(runs) == OUTSTANDING).astype(float)
 
 
 def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
@@ -230,7 +222,7 @@ def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
     The main rival is the most frequent strategy in the largest number of runs. Runs in which [x00x]
     is the most frequent strategy do not count.
     """
-    leading = count_strategies(runs).idxmax("strategy")
+    leading = find_leading_strategy(runs)
     competitors = leading.values[leading.values != OUTSTANDING]
     rivals, n_runs = np.unique(competitors, return_counts=True)
     main_rival = rivals[n_runs.argmax()] if rivals.size else ""
@@ -330,11 +322,11 @@ class PlasticPrisoners(kit.BitModel, name="plastic-prisoners"):
         ),
         "x00x-leads": Measure(
             "1 if [x00x] is the most frequent strategy in generation 2000, else 0",
-            value_at_generation(is_outstanding_leading, 2000),
+            is_outstanding_leading,
         ),
         "x00x-ahead": Measure(
             "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its main rival is",
-            value_at_generation(compare_with_rival, 2000),
+            compare_with_rival,
         ),
     }
 

@@ -26,8 +26,6 @@ from baldwinlab.simulation.simulate import simulate_batch
 UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]
 """SHA-256 of each run, as hexadecimal text."""
-
-
 BLOCK_RUNS: Final = range(17)
 """Seventeen runs: sixteen fill a SIMD block, and one begins the next block."""
 BATCH_RUNS: Final = range(5)
@@ -191,7 +189,9 @@ def check_simulator(group: PartGroup) -> str:
     cases = [
         case
         for case in make_cases(group)
-        if case.is_same_code and not case.has_items and case.agents in SIMULATED_POPULATIONS
+        if case.is_same_code
+        and not case.has_items
+        and case.experiment.population.size in SIMULATED_POPULATIONS
     ]
     simulated_bits = _simulate_in_process(group, cases, "cuda", SIMULATOR_ENVIRONMENT)
     _require_equal_bits(group, cases, simulated_bits, "the simulator of a GPU")

@@ -223,32 +223,18 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     # The page can check the size of a network only for the default layers.
     if network.layers is not Network.layers or network.has_graph_genomes:
         yield "network.hidden"
-    layout = _format_layout(experiment)
-    for path, value in _list_numbers(experiment.to_dict()):
-        changed_experiment = _change_value(experiment, path, value)
-        if changed_experiment is not None and _format_layout(changed_experiment) != layout:
-            yield path
-
-
-def _format_layout(experiment: Experiment) -> str:
-    """Return the memory layout as text. A field that is a constant changes this text."""
-    return repr(ModuleLayout(experiment).plan())
-
-
-def _list_numbers(tree: dict[str, Any]) -> Iterator[tuple[str, float]]:
-    for path, value in iterate_settings(tree):
+    for path, value in iterate_settings(experiment.to_dict()):
         if isinstance(value, int | float) and not isinstance(value, bool):
-            yield path, value
+            changed = _change_value(experiment, path, value)
+            # A field that is a constant in the module changes the layout.
+            if changed is not None and _plan_layout(changed) != _plan_layout(experiment):
+                yield path
 
 
 def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
     """Return the experiment with another valid number at a path, or None if all are invalid."""
-    candidates = (value / 2, value * 2, value + 1, value - 1)
-    for candidate in candidates:
-        # Nested tables, for example {"learning": {"rate": 0.005}}.
-        change: Any = int(candidate) if isinstance(value, int) else candidate
-        for key in reversed(path.split(".")):
-            change = {key: change}
+    for candidate in (value / 2, value * 2, value + 1, value - 1):
+        change = int(candidate) if isinstance(value, int) else candidate
         with suppress(ExperimentError):
-            return experiment.replace(**change)
+            return experiment.replace(**nest_settings({path: change}))
     return None

@@ -79,11 +79,12 @@ def measure(sample: Sample) -> Arrays:
     mutant_energy = np.full((n_mutants, *shape), np.nan)
     for index, generation in enumerate(generations):
         genomes = sample.genomes(generation)
-        settings = _list_settings(experiment.at(generation))
+        current = experiment.at(generation)
+        settings = [current.without_learning(), current] if current.learns else [current]
         # The run has no generation with this number, so the second world is new.
         for world, number in enumerate((generation, experiment.evolution.generations)):
             energy[world, index] = _simulate(sample, settings, number, genomes)
-        life_of_study = ON if experiment.at(generation).learns else OFF
+        life_of_study = ON if current.learns else OFF
         sample.require_stored_energy(
             generation, energy[WORLDS.index("stored"), index, life_of_study]
         )
@@ -95,11 +96,6 @@ def measure(sample: Sample) -> Arrays:
     # [world or mutant, generation, life, run, agent]: the first and the run dimension are swapped.
     order = (3, 1, 2, 0, 4)
     return {"energy": energy.transpose(order), "mutant_energy": mutant_energy.transpose(order)}
-
-
-def _list_settings(experiment: Experiment) -> list[Experiment]:
-    """Return the experiment without and with learning, or only once if agents do not learn."""
-    return [experiment.without_learning(), experiment] if experiment.learns else [experiment]
 
 
 def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Genome:

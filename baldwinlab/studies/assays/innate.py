@@ -75,18 +75,14 @@ def measure_generations(sample: Sample, generations: Sequence[int]) -> Arrays:
     n_layers = len(layer_names(experiment))
     energy = np.full((len(generations), len(LIFE_KINDS), n_runs, n_agents), np.nan)
     distance = np.full((len(generations), n_layers, n_runs, n_agents), np.nan, np.float32)
-    measure_generation = _measure_learners if experiment.learns else _copy_stored_energy
     for index, generation in enumerate(generations):
-        measure_generation(sample, generation, energy[index], distance[index])
+        if experiment.learns:
+            _measure_learners(sample, generation, energy[index], distance[index])
+        else:
+            # Agents that do not learn have one kind of lifetime, which is stored.
+            energy[index, OFF] = sample.energy(generation)
     # [generation, life or layer, run, agent] becomes [run, generation, life or layer, agent].
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
-
-
-def _copy_stored_energy(
-    sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
-) -> None:
-    """Copy the stored energy: agents that do not learn have one kind of lifetime."""
-    energy[OFF] = sample.energy(generation)
 
 
 def _measure_learners(

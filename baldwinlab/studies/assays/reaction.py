@@ -1,10 +1,12 @@
-"""Assays of changed settings: of any setting, and of the amount of learning.
+"""Assays of evolved genomes under changed settings, or with random modules.
 
 The assay `reaction` simulates the last generation under one changed setting. The assay
 `reaction-norms` measures the fitness by the amount of learning, in four generations of a run. The
 amount of learning is the learning rate, or the setting that a model declares by `learning_amount`.
 Newborns are simulated with multiples of this amount. The factor 0 is a lifetime without learning,
 and the factor 1 is the stored lifetime.
+
+The assay `modules` combines evolved modules of the last generation with random modules.
 
 The intercept and the slope of a reaction norm are from R. Lande, Adaptation to an extraordinary
 environment by evolution of phenotypic plasticity and genetic assimilation, Journal of Evolutionary
@@ -18,6 +20,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from baldwinlab.evolution import Genome
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, assign
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.studies.assays import (
@@ -219,4 +222,63 @@ REACTION_NORMS: Final = Assay(
     plan=plan_norms,
     measure=measure_norms,
     obstacles=(*SIMULATION_OBSTACLES, find_learning_obstacle),
+)
+
+
+MODULE_COMBINATIONS = (
+    "both evolved",
+    "evolved reinforcement, random action",
+    "random reinforcement, evolved action",
+    "both random",
+)
+
+
+def plan_modules(study: Conditions, condition: str) -> AssayPlan:
+    return AssayPlan({"modules": list(MODULE_COMBINATIONS)}, len(MODULE_COMBINATIONS))
+
+
+def measure_modules(sample: Sample) -> Arrays:
+    """Measure `energy` [run, modules, agent].
+
+    An agent has the same initial position and the same random modules in all combinations.
+    """
+    last_generation = sample.experiment.evolution.generations - 1
+    evolved = sample.genomes(last_generation)
+    random = sample.random_genomes()
+    # In the order of `MODULE_COMBINATIONS`. The first combination is simulated separately.
+    combinations = [
+        _combine_modules(action=random, reinforcement=evolved),
+        _combine_modules(action=evolved, reinforcement=random),
+        random,
+    ]
+    outcomes = [sample.simulate_as_evolved(last_generation, evolved)]
+    for genomes in combinations:
+        outcomes.append(sample.simulate(sample.experiment, last_generation, genomes))
+    return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
+
+
+def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
+    """Combine the action modules and the reinforcement modules of two arrays of genomes."""
+    # The dimensions are [run, agent, module, weight]. Module 0 selects the action, and module 1 is
+    # the reinforcement module.
+    return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)
+
+
+def find_module_obstacle(experiment: BaseExperiment) -> str:
+    """Refuse agents without a reinforcement module."""
+    if "reinforcement" in experiment.modules:
+        return ""
+    return "needs agents with a reinforcement module"
+
+
+MODULES: Final = Assay(
+    name="modules",
+    question="Which module contains the evolved information?",
+    variables={
+        "energy": declare_fitness(("modules", "agent"), "fitness with these modules"),
+    },
+    plan=plan_modules,
+    measure=measure_modules,
+    obstacles=(*SIMULATION_OBSTACLES, find_module_obstacle),
+    is_default=True,
 )

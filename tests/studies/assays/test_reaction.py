@@ -1,4 +1,4 @@
-"""Assays of changed settings and of the amount of learning."""
+"""Assays of evolved genomes under changed settings, or with random modules."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from baldwinlab.studies.assays.reaction import (
     scale_learning,
 )
 from baldwinlab.studies.assays.results import open_assay
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from tests.studies.assays.studies import make_small_study_with_assays
 from tests.worlds import make_small_experiment
 
 
@@ -175,3 +177,29 @@ def test_an_invalid_amount_of_learning_has_no_fitness(tmp_path: Path) -> None:
 def test_conditions_without_an_amount_of_learning_are_refused(condition: str, reason: str) -> None:
     experiment = bl.load(condition)
     assert re.search(reason, get_assay("reaction-norms").find_obstacle(experiment))
+
+
+def test_two_evolved_modules_give_the_stored_energy(study: StudyStore) -> None:
+    for condition in ("evo+self-taught/A", "self-taught/A", "evo+self-taught/B"):
+        energy = open_assay(study.directory, "modules", condition).energy.sel(
+            modules="both evolved"
+        )
+        assert np.array_equal(energy, [study.read(condition, run).energy[-1] for run in range(3)])
+
+
+def test_the_reinforcement_module_has_no_effect_at_a_learning_rate_of_0(tmp_path: Path) -> None:
+    make_small_study_with_assays(
+        tmp_path, [make_small_experiment("evo+self-taught", learning={"rate": 0})], ["modules"]
+    )
+    energy = open_assay(tmp_path, "modules", "evo+self-taught/A").energy
+    evolved = energy.sel(modules="both evolved")
+    random = energy.sel(modules="both random")
+    assert np.array_equal(energy.sel(modules="random reinforcement, evolved action"), evolved)
+    assert np.array_equal(energy.sel(modules="evolved reinforcement, random action"), random)
+    assert not np.array_equal(evolved, random)
+
+
+def test_the_assay_refuses_agents_with_a_single_module(study: StudyStore) -> None:
+    message = r"evo/A.nc does not exist: the assay modules needs agents with a reinforcement module"
+    with pytest.raises(StudyError, match=message):
+        open_assay(study.directory, "modules", "evo/A")

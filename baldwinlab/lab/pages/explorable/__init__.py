@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab._version import __version__
-from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.errors import RefusedError as RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import join_worker_code, make_appearance_template
@@ -32,7 +32,6 @@ FIRST_MODULE: Final = "explorable/page.js"
 STYLES: Final = ("base.css", "explorable/explorable.css")
 STRINGS_FILE: Final = Path(__file__).parent / "strings.toml"
 RECORDINGS_FILE: Final = Path(__file__).parent / "recordings.json"
-MAX_PAGE_BYTES: Final = 1_500_000
 # The names of the compiled modules on the page, see `shipped_experiments`.
 PROGRAMS: Final = (
     "none-simultaneous",
@@ -122,7 +121,7 @@ def _shorten(experiment: BaseExperiment) -> Experiment:
 def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
     """Return the page as HTML without references to other files. `strings_file`: its texts."""
     strings = tomllib.loads(strings_file.read_text("utf-8"))
-    page = single_page.render_page(
+    return single_page.render_page(
         "explorable.html",
         FIRST_MODULE,
         STYLES,
@@ -132,11 +131,6 @@ def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
         worker=join_worker_code(),
         data=collect_data(strings),
     )
-    if len(page) > MAX_PAGE_BYTES:
-        raise RefusedError(
-            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_BYTES:,}"
-        )
-    return page
 
 
 def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,6 +198,7 @@ def _collect_climbers() -> dict[str, Any]:
     }
 
 
+@cache
 def _make_program(name: str) -> dict[str, Any]:
     """Return a compiled module, its memory layout, and the settings that select it."""
     experiment = shipped_experiments()[name]
@@ -214,13 +209,8 @@ def _make_program(name: str) -> dict[str, Any]:
             "world.features": list(experiment.world.features),
         },
         "module": single_page.compress((MODULES_FOLDER / f"{name}.wasm").read_bytes()),
-        "plan": _make_plan(experiment),
+        "plan": ModuleLayout(experiment).plan(),
     }
-
-
-@cache
-def _make_plan(experiment: Experiment) -> dict[str, Any]:
-    return ModuleLayout(experiment).plan()
 
 
 def _list_steps(strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -247,12 +237,8 @@ def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any
         if name in MEANINGS:
             yield {"words": colored_words, "meaning": name}
         elif name in DIALS:
-            yield {"dial": name, "label": strings["dials"][name], **_format_dial(name)}
+            numbers = {key: f"{n:g}" for key, n in DIALS[name]._asdict().items() if key != "path"}
+            yield {"dial": name, "label": strings["dials"][name], **numbers}
         else:
             yield {"value": name}
         yield {"words": words}
-
-
-def _format_dial(name: str) -> dict[str, str]:
-    numbers = DIALS[name]._asdict()
-    return {key: f"{value:g}" for key, value in numbers.items() if key != "path"}
