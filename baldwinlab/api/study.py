@@ -51,7 +51,6 @@ from baldwinlab.studies.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
     import pandas as pd
-    import polars as pl
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
@@ -393,30 +392,6 @@ class Study:
         (400, 'items')
         """
         return StudyTable(self._store).to_pandas()
-
-    def to_polars(self) -> pl.DataFrame:
-        """Return the table of `to_pandas`, without units.
-
-        Returns
-        -------
-        polars.DataFrame
-            The table.
-
-        Raises
-        ------
-        StudyError
-            No run is stored, or a record is damaged.
-        RefusedError
-            Polars or PyArrow is not installed.
-
-        Examples
-        --------
-        >>> import baldwinlab as bl
-        >>> study = bl.open_study("mine")  # see the example of `run`
-        >>> study.to_polars().select("condition", "run", "food_eaten").shape
-        (400, 3)
-        """
-        return StudyTable(self._store).to_polars()
 
     @check_numbers
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:

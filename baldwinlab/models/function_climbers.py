@@ -29,7 +29,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from baldwinlab.models import kit
-from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
 DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
@@ -116,7 +116,7 @@ def make_blocks(function: str, encoding: str) -> Blocks:
     return Blocks(values, neighbors, values[neighbors] - values)
 
 
-class FunctionClimbers(Model, name="function-climbers"):
+class FunctionClimbers(kit.BitModel, name="function-climbers"):
     """Bit strings that encode the variables of a function, and climb it during life."""
 
     function: Literal["deceptive", "rastrigin", "schwefel"] = Field(
@@ -152,7 +152,6 @@ class FunctionClimbers(Model, name="function-climbers"):
             "evaluations", "number of evaluated strings in the lifetime"
         ),
     }
-    alleles = kit.BITS
     clock = "evaluations"
     learned_distance = "changed"
     learning_amount = "learning_steps"
@@ -188,9 +187,6 @@ class FunctionClimbers(Model, name="function-climbers"):
 
     def n_weights(self) -> int:
         return self.variables * self.bits
-
-    def founders(self, agents: int, key: Any) -> kit.Genomes:
-        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes

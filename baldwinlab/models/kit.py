@@ -19,7 +19,7 @@ from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_module
 from baldwinlab.evolution.rng_key import GenerationKey
-from baldwinlab.parts import FOUNDER, LIFE, Field, Measure, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, Field, Measure, Model, uniforms
 
 Genomes = npt.NDArray[np.float32]
 """Genomes of several runs [run, agent, module, weight], or of one run [agent, module, weight]."""
@@ -91,6 +91,15 @@ def draw_bits(key: GenerationKey, agents: int, bits: int) -> Genomes:
     return (draw_founder_numbers(key, agents, bits) < 0.5).astype(np.float32)
 
 
+class BitModel(Model):
+    """Base of models whose genomes are bits, with equal probabilities of 0 and 1 in founders."""
+
+    alleles = BITS
+
+    def founders(self, agents: int, key: Any) -> Genomes:
+        return draw_bits(key, agents, self.n_weights())
+
+
 def draw_alleles(key: GenerationKey, agents: int, loci: int, unset_share: float) -> Genomes:
     """Draw founders [agent, 1, locus]: ? with the probability `unset_share`, else 0 or 1."""
     draws = draw_founder_numbers(key, agents, loci)
@@ -104,6 +113,11 @@ def draw_normal_numbers(key: GenerationKey, agents: int, weights: int) -> Genome
     genomes = poison.empty((agents, 1, weights), np.float32)
     draw_module(key.as_run_keys(), FOUNDER, genomes[None], 0)
     return genomes
+
+
+def draw_traits(key: GenerationKey, agents: int, mean: float, std: float) -> Genomes:
+    """Draw founders with one gene [agent, 1, 1] from a normal distribution."""
+    return np.float32(mean) + np.float32(std) * draw_normal_numbers(key, agents, 1)
 
 
 def draw_founder_numbers(key: GenerationKey, agents: int, weights: int) -> Numbers:

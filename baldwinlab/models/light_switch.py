@@ -37,7 +37,7 @@ J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Compu
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -45,7 +45,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models import kit
 from baldwinlab.models.light_switch_lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
-from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 # Number of bits of the gene of a neuron or of a synapse.
 BITS_PER_GENE: Final = 5
@@ -77,7 +77,7 @@ def _share_of_retained_score(runs: xr.Dataset) -> xr.DataArray:
     return changed / score.where(score > 0)
 
 
-class LightSwitch(Model, name="light-switch"):
+class LightSwitch(kit.BitModel, name="light-switch"):
     """Robots that switch on a lamp and stay below it."""
 
     encoding: Literal["neurons", "synapses", "strengths"] = Field(
@@ -122,7 +122,6 @@ class LightSwitch(Model, name="light-switch"):
     lifetime_steps = "steps_per_life"
     settings_without_learning = {"plasticity": False}
     assimilation_obstacle = "The weights of a learner at birth are random in each life."
-    alleles = kit.BITS
     records = {
         "score": Variable.share("share of steps under the lit lamp"),
         "changed": Variable.share("share of steps under the lit lamp in a changed world"),
@@ -159,9 +158,6 @@ class LightSwitch(Model, name="light-switch"):
         # Inputs are sources without genes. If the sign belongs to sources, each has a sign bit.
         n_input_signs = N_INPUTS if self._has_input_signs else 0
         return BITS_PER_GENE * self.n_genes + n_input_signs
-
-    def founders(self, agents: int, key: Any) -> kit.Genomes:
-        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes

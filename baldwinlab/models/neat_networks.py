@@ -125,8 +125,9 @@ def measure_solutions(
         return solves(runs).any(("generation", "agent")) * 1.0
 
     def measure_first_solution(
+        meaning: str,
         quantity: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
-    ) -> Callable[[xr.Dataset], xr.DataArray]:
+    ) -> Measure:
         """Return a measure. `quantity` gets the runs and the index of the first solution [run]."""
 
         def measure(runs: xr.Dataset) -> xr.DataArray:
@@ -135,24 +136,24 @@ def measure_solutions(
             values = xr.DataArray(quantity(runs, positions), {"run": runs["run"]}, "run")
             return values.where(is_solved(runs) == 1)
 
-        return measure
+        return Measure(meaning, measure)
 
     def measure_record(name: str, meaning: str) -> Measure:
-        def read_values(runs: xr.Dataset, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
-            values: npt.NDArray[Any] = _order_by_evaluation(runs[name])
-            return values[np.arange(len(positions)), positions]
-
-        return Measure(meaning, measure_first_solution(read_values))
+        return measure_first_solution(
+            meaning,
+            lambda runs, positions: _order_by_evaluation(runs[name])[
+                np.arange(len(positions)), positions
+            ],
+        )
 
     return {
         "solved": Measure("1 if any network solves the task, else 0", is_solved),
-        "generations": Measure(
+        "generations": measure_first_solution(
             "generations to the first solution",
-            measure_first_solution(lambda runs, positions: positions // runs.sizes["agent"] + 1),
+            lambda runs, positions: positions // runs.sizes["agent"] + 1,
         ),
-        "evaluations": Measure(
-            "networks evaluated to the first solution",
-            measure_first_solution(lambda runs, positions: positions + 1),
+        "evaluations": measure_first_solution(
+            "networks evaluated to the first solution", lambda runs, positions: positions + 1
         ),
         "hidden": measure_record("hidden", "hidden nodes of the first solution"),
         "enabled": measure_record("enabled", "enabled links of the first solution"),

@@ -98,7 +98,8 @@ def _view_climb(model: NKClimbers, key: Any, genomes: kit.Genomes, agent: int) -
     """Return the fitness of an agent after each trial, with the mean and maximum of all agents."""
     fitness_of_string = landscape(key.seed, key.run, model.bits, model.k)
     bit_draws = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
-    strings = model.start_learning(key.seed, key.run, kit.read_bits(genomes))
+    mask, random_bits = model.draw_start(key.seed, key.run)
+    strings = (kit.read_bits(genomes) & ~mask) | random_bits
     fitness_by_trial = [fitness_of_string[strings]]
     for draws in bit_draws.T:
         flipped = strings ^ (1 << (draws * model.bits).astype(np.int64))
@@ -217,11 +218,6 @@ class NKClimbers(Model, name="nk-climbers"):
         mask = int((1 << random_loci).sum())
         random_string = int((1 << np.flatnonzero(draws[:, 1] < 0.5)).sum())
         return mask, random_string & mask
-
-    def start_learning(self, seed: int, run: int, strings: kit.Integers) -> kit.Integers:
-        """Return the strings with which agents begin to learn [agent], for `strings` at birth."""
-        mask, random_bits = self.draw_start(seed, run)
-        return (strings & ~mask) | random_bits
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes

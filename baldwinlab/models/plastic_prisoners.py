@@ -29,7 +29,7 @@ R. Suzuki and T. Arita, Journal of the Japanese Society for Artificial Intellige
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import product
 from typing import Any, Final, Literal
@@ -47,7 +47,6 @@ from baldwinlab.parts import (
     LifeResults,
     MatrixView,
     Measure,
-    Model,
     Variable,
     View,
 )
@@ -205,24 +204,16 @@ def share_of_outstanding(runs: xr.Dataset) -> xr.DataArray:
     return counts.sel(strategy=OUTSTANDING) / counts.sum("strategy")
 
 
-def value_at_generation(
-    quantity: Callable[[xr.Dataset], xr.DataArray], generation: int
-) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: a quantity in a generation, or in the last one of a shorter run.
-
-    `quantity` gets the runs with only this generation.
-    """
-
-    def measure(runs: xr.Dataset) -> xr.DataArray:
-        index = min(generation, runs.sizes["generation"] - 1)
-        return quantity(runs.isel(generation=[index])).isel(generation=0)
-
-    return measure
+def find_leading_strategy(runs: xr.Dataset) -> xr.DataArray:
+    """Return the most frequent strategy in generation 2000, or in the last one of a shorter run."""
+    index = min(2000, runs.sizes["generation"] - 1)
+    counts = count_strategies(runs.isel(generation=[index]))
+    return counts.idxmax("strategy").isel(generation=0)
 
 
 def is_outstanding_leading(runs: xr.Dataset) -> xr.DataArray:
     """Return 1 if [x00x] is the most frequent strategy, else 0."""
-    return (count_strategies(runs).idxmax("strategy") == OUTSTANDING).astype(float)
+    return (find_leading_strategy(runs) == OUTSTANDING).astype(float)
 
 
 def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
@@ -231,7 +222,7 @@ def compare_with_rival(runs: xr.Dataset) -> xr.DataArray:
     The main rival is the most frequent strategy in the largest number of runs. Runs in which [x00x]
     is the most frequent strategy do not count.
     """
-    leading = count_strategies(runs).idxmax("strategy")
+    leading = find_leading_strategy(runs)
     competitors = leading.values[leading.values != OUTSTANDING]
     rivals, n_runs = np.unique(competitors, return_counts=True)
     main_rival = rivals[n_runs.argmax()] if rivals.size else ""
@@ -268,7 +259,7 @@ def _view_payoffs(model: Any, key: Any, genomes: kit.Genomes, agent: int) -> Mat
     )
 
 
-class PlasticPrisoners(Model, name="plastic-prisoners"):
+class PlasticPrisoners(kit.BitModel, name="plastic-prisoners"):
     """Strategies of the iterated prisoner's dilemma with genes that change during a match."""
 
     rounds: int = Field(50, ge=1, le=1000, description="Number of rounds per match.")
@@ -300,7 +291,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
-    alleles = kit.BITS
     learned_distance = "plasticity"
     lifetime_steps = "rounds"
     settings_without_learning = {"learning": False}
@@ -332,11 +322,11 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         ),
         "x00x-leads": Measure(
             "1 if [x00x] is the most frequent strategy in generation 2000, else 0",
-            value_at_generation(is_outstanding_leading, 2000),
+            is_outstanding_leading,
         ),
         "x00x-ahead": Measure(
             "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its main rival is",
-            value_at_generation(compare_with_rival, 2000),
+            compare_with_rival,
         ),
     }
 
@@ -348,9 +338,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
 
     def n_weights(self) -> int:
         return 2 * len(PAIRS)
-
-    def founders(self, agents: int, key: Any) -> kit.Genomes:
-        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes

@@ -23,15 +23,14 @@ Ecology 2 (1991).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from baldwinlab.models import kit
-from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 
-class TwoStateForager(Model, name="two-state-forager"):
+class TwoStateForager(kit.BitModel, name="two-state-forager"):
     """Foragers that prefer one of two resources from birth, or learn which is better."""
 
     between_persistence: kit.Share = Field(
@@ -58,7 +57,6 @@ class TwoStateForager(Model, name="two-state-forager"):
         "innate_match": Variable.flag("1 if the innate preference is correct at birth, else 0"),
         "innate_error": Variable.share("share of steps with a wrong innate preference"),
     }
-    alleles = kit.BITS
     innate_trait = "innate_match"
     learned_distance = "innate_error"
     lifetime_steps = "life_steps"
@@ -81,9 +79,6 @@ class TwoStateForager(Model, name="two-state-forager"):
 
     def n_weights(self) -> int:
         return 2
-
-    def founders(self, agents: int, key: Any) -> kit.Genomes:
-        return kit.draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: kit.Genomes

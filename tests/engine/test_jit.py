@@ -43,7 +43,7 @@ def test_only_an_edit_of_code_that_a_function_can_contain_compiles_it_again(
     rng = package / "baldwinlab" / "engine" / "rng.py"
     text = rng.read_text()
     rng.write_text("# A comment.\n\n" + text.replace('"""Return', '"""Compute and return'))
-    unused = package / "baldwinlab" / "evolution" / "lexicase.py"
+    unused = package / "baldwinlab" / "evolution" / "diversity_selection.py"
     unused.write_text(f"{unused.read_text()}\nUNUSED = 1\n")
     assert start(package, cache) == second
     rng.write_text(text.replace("2.0**-24", "2.0**-23"))

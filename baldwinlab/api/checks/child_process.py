@@ -13,12 +13,16 @@ from itertools import chain
 from threading import Thread
 from typing import Any, Final
 
+from baldwinlab.api.checks import check_requirement
+from baldwinlab.api.checks.fixture import group_parts
+from baldwinlab.api.checks.plain_python import Watch, simulate_cases
+from baldwinlab.api.checks.processes import END_LINE, load_parts
+from baldwinlab.api.checks.reproducibility import hash_runs, load_backend
+from baldwinlab.experiment import validate
+
 
 def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the outcome of each group of parts, in plain Python with watched hooks."""
-    from baldwinlab.api.checks.fixture import group_parts
-    from baldwinlab.api.checks.plain_python import Watch, simulate_cases
-
     watch = Watch(parts)
     for group in group_parts(parts, request["seed"]):
         yield simulate_cases(group, watch)
@@ -26,9 +30,6 @@ def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
 
 def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the findings of each requirement."""
-    from baldwinlab.api.checks import check_requirement
-    from baldwinlab.api.checks.fixture import group_parts
-
     pairs = zip(group_parts(parts, request["seed"]), request["plain_bits"], strict=True)
     groups = [group._replace(plain_bits=bits) for group, bits in pairs]
     for name, command in request["commands"].items():
@@ -37,9 +38,6 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
 
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the hashes of run 0 of each experiment, or the reason why no backend is available."""
-    from baldwinlab.api.checks.reproducibility import hash_runs, load_backend
-    from baldwinlab.experiment import validate
-
     try:
         backend = load_backend(request["backend"])
     except ValueError as error:
@@ -67,8 +65,6 @@ def main() -> None:
     # Descriptor 1 then means standard error (2). Only `channel` still writes standard output.
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    from baldwinlab.api.checks.processes import END_LINE, load_parts
-
     request = json.loads(sys.stdin.readline())
     Thread(target=_end_with_parent, daemon=True).start()
     answers = TASKS[request["task"]](request, load_parts(request["parts"]))

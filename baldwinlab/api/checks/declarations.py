@@ -24,8 +24,6 @@ MUTATION_VALUES: Final[Mapping[str, tuple[Any, Any]]] = {
 """Two different values of each setting of mutation, to find out whether a part reads it."""
 RELATIVE_STEP: Final = 1e-6
 """Distance of a tested real number from a limit, as a fraction of max(1, |limit|)."""
-
-
 PACKAGE_PREFIX: Final = "baldwinlab."
 
 

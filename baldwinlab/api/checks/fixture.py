@@ -59,8 +59,6 @@ N_WEIGHTS: Final = 8
 """Default number of weights of a module in the arguments of hooks of reproduction."""
 LEARNING_RATE: Final = 0.5
 """High learning rate. With a low rate, rounding errors could hide a wrong rule."""
-
-
 ITEM_FEATURE: Final = "patches"
 """A world feature that adds items."""
 RULE_OF_MODULES: Final = {1: "none", 2: "self-taught"}
@@ -241,11 +239,6 @@ class Case(NamedTuple):
     # Whether the case needs the same compiled code as the experiment of the group.
     is_same_code: bool = True
 
-    @property
-    def agents(self) -> int:
-        """Return the number of agents in a world."""
-        return int(self.experiment.population.size)
-
 
 def make_cases(group: PartGroup) -> Iterator[Case]:
     """Yield the cases of a group, without the combinations that its parts refuse."""
@@ -265,7 +258,8 @@ def _make_miniworld_case(group: PartGroup, settings: CaseSettings) -> Case:
     base = group.experiment.replace(population={"size": settings.agents}, lifetime=lifetime)
     experiment = _change_modules(group, base) if settings.changes_modules else base
     if settings.adds_items:
-        experiment = _add_items(experiment)
+        features = dict.fromkeys([*experiment.world.features, ITEM_FEATURE])
+        experiment = assign(experiment, [f"world.features={list(features)}"])
     return Case(
         description=_describe(experiment, settings.adds_items),
         experiment=experiment,
@@ -285,11 +279,6 @@ def _change_modules(group: PartGroup, experiment: Any) -> Any:
     n_modules = 2 if len(experiment.modules) == 1 else 1
     rule = RULE_OF_MODULES[n_modules]
     return assign(experiment, [f"learning.rule={rule}"])
-
-
-def _add_items(experiment: Any) -> Any:
-    features = dict.fromkeys([*experiment.world.features, ITEM_FEATURE])
-    return assign(experiment, [f"world.features={list(features)}"])
 
 
 def _describe(experiment: Any, has_items: bool) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.api.export.formats import ExportFormat, require_library
+from baldwinlab.api.export.formats import ExportFormat
 from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.files import EXPORT_MARK, require_writable
@@ -32,7 +32,6 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
 if TYPE_CHECKING:
-    import polars as pl
     import pyarrow as pa
 
 KEY_COLUMNS: Final = ("condition", "run", *PER_AGENT_DIMS)
@@ -134,22 +133,6 @@ class StudyTable:
         frame = pd.concat(self.frames(), ignore_index=True)[self.names]
         frame.attrs = self.attributes
         return frame
-
-    def to_polars(self) -> pl.DataFrame:
-        """Return the table for polars. Text is an Enum, and a variable without record is null."""
-        for library in ("polars", "pyarrow"):
-            require_library(library, "exchange", "a table of polars")
-        import polars as pl
-        import pyarrow as pa
-
-        texts = [
-            pl.col(column.name).cast(pl.Enum(column.categories))
-            for column in self.columns
-            if column.categories
-        ]
-        frame = pl.from_arrow(pa.concat_tables(self.arrow_tables()), rechunk=True)
-        assert isinstance(frame, pl.DataFrame)
-        return frame.with_columns(texts)
 
     def arrow_schema(self) -> pa.Schema:
         """Return the types of the columns. pandas reads the metadata of a file into `attrs`."""

@@ -175,16 +175,8 @@ def _make_mark(
     solid: bool = False,
 ) -> Mark:
     """Return a mark that covers the ranges `x` and `y`."""
-    return Mark(
-        kind=kind,
-        x=x[0],
-        y=y[0],
-        width=x[1] - x[0],
-        height=y[1] - y[0],
-        color=color,
-        label=label,
-        solid=solid,
-    )
+    (left, right), (upper, lower) = x, y
+    return Mark(kind, left, upper, right - left, lower - upper, color, label, solid)
 
 
 def appearance_json(experiment: Experiment) -> str:

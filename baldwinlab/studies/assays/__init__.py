@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -212,6 +212,15 @@ def find_model_obstacle(experiment: BaseExperiment) -> str:
 SIMULATION_OBSTACLES: Final = (find_archive_obstacle, find_birth_obstacle, find_species_obstacle)
 
 
+class AssayPlan(NamedTuple):
+    """Results and work of an assay of a condition."""
+
+    # Coordinates of the dataset, except `run` and `agent`.
+    coordinates: Mapping[str, Any]
+    # Number of generations that are simulated for each run.
+    n_lives: int
+
+
 @dataclass(frozen=True)
 class Assay:
     """A measurement of the stored genomes of a condition."""
@@ -222,10 +231,8 @@ class Assay:
     question: str
     # The variables that are stored.
     variables: Mapping[str, Variable]
-    # Returns the coordinates of the dataset of a condition, except `run` and `agent`.
-    coordinates: Callable[[Conditions, str], Mapping[str, Any]]
-    # Returns the number of generations that are simulated for each run of a condition.
-    count_lives: Callable[[Conditions, str], int]
+    # Returns the plan of the assay for a condition of a study.
+    plan: Callable[[Conditions, str], AssayPlan]
     # Returns the stored variables of a sample, with `run` as the first dimension.
     measure: Callable[[Sample], Arrays]
     # The assay is applicable if none of these functions finds an obstacle.

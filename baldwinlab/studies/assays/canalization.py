@@ -13,8 +13,8 @@ genetic theory of canalization, Evolution 51 (1997).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Energy,
     Sample,
@@ -43,27 +44,23 @@ MAX_MUTANTS_OF_AGENT: Final = 10
 WORLDS: Final = ("stored", "new")
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
     generations = first_middle_last(experiment.evolution.generations)
-    return {
+    n_mutants = count_mutants(experiment)
+    coordinates = {
         "generation": np.array(generations, np.int32),
         "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
         "world": list(WORLDS),
-        "mutant": np.arange(count_mutants(experiment), dtype=np.int32),
+        "mutant": np.arange(n_mutants, dtype=np.int32),
     }
+    n_life_kinds = 2 if experiment.learns else 1
+    return AssayPlan(coordinates, len(generations) * n_life_kinds * (len(WORLDS) + n_mutants))
 
 
 def count_mutants(experiment: BaseExperiment) -> int:
     """Return the number of mutants of each agent."""
     return min(math.ceil(MIN_MUTANTS / experiment.population.size), MAX_MUTANTS_OF_AGENT)
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    experiment = study.experiments[condition]
-    n_generations = len(first_middle_last(experiment.evolution.generations))
-    n_life_kinds = 2 if experiment.learns else 1
-    return n_generations * n_life_kinds * (len(WORLDS) + count_mutants(experiment))
 
 
 def measure(sample: Sample) -> Arrays:
@@ -82,11 +79,12 @@ def measure(sample: Sample) -> Arrays:
     mutant_energy = np.full((n_mutants, *shape), np.nan)
     for index, generation in enumerate(generations):
         genomes = sample.genomes(generation)
-        settings = _list_settings(experiment.at(generation))
+        current = experiment.at(generation)
+        settings = [current.without_learning(), current] if current.learns else [current]
         # The run has no generation with this number, so the second world is new.
         for world, number in enumerate((generation, experiment.evolution.generations)):
             energy[world, index] = _simulate(sample, settings, number, genomes)
-        life_of_study = ON if experiment.at(generation).learns else OFF
+        life_of_study = ON if current.learns else OFF
         sample.require_stored_energy(
             generation, energy[WORLDS.index("stored"), index, life_of_study]
         )
@@ -98,11 +96,6 @@ def measure(sample: Sample) -> Arrays:
     # [world or mutant, generation, life, run, agent]: the first and the run dimension are swapped.
     order = (3, 1, 2, 0, 4)
     return {"energy": energy.transpose(order), "mutant_energy": mutant_energy.transpose(order)}
-
-
-def _list_settings(experiment: Experiment) -> list[Experiment]:
-    """Return the experiment without and with learning, or only once if agents do not learn."""
-    return [experiment.without_learning(), experiment] if experiment.learns else [experiment]
 
 
 def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Genome:
@@ -152,8 +145,7 @@ ASSAY: Final = Assay(
             "fitness of a single mutant of the agent in the stored world; NaN without a mutation",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_genome_obstacle),
 )

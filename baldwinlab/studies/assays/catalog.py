@@ -163,7 +163,7 @@ def _task_bytes(experiment: Experiment, names: Sequence[str], n_runs: int) -> in
 def _results_bytes(study: Conditions, condition: str, name: str, n_runs: int) -> int:
     """Return the size of the variables of an assay in bytes."""
     assay = get_assay(name)
-    coordinates = assay.coordinates(study, condition)
+    coordinates = assay.plan(study, condition).coordinates
     sizes = {"run": n_runs, "agent": study.experiments[condition].population.size}
     sizes |= {dim: len(values) for dim, values in coordinates.items()}
     return sum(memory.variable_bytes(assay.variables, sizes).values())

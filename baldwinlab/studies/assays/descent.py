@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.variables import Variable
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays import Arrays, Assay, Conditions, Sample
+from baldwinlab.studies.assays import Arrays, Assay, AssayPlan, Conditions, Sample
 
 # Maximum number of columns of the matrix `shares`. It limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024
@@ -26,14 +26,9 @@ DESCENDANT_COPIES: Final = 2
 Parents = npt.NDArray[np.int32]
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    return {
-        "generation": np.arange(study.experiments[condition].evolution.generations, dtype=np.int32)
-    }
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    return 0
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
+    generations = study.experiments[condition].evolution.generations
+    return AssayPlan({"generation": np.arange(generations, dtype=np.int32)}, n_lives=0)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -201,8 +196,7 @@ ASSAY: Final = Assay(
             "effective number of founders: 1 / sum of squared shares in the gene pool",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     # The assay only reads stored values, so it is always applicable.
     obstacles=(),

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -59,24 +60,20 @@ class Fork:
     # Number of generations from the start to the end of a branch.
     generations: int = BRANCH_GENERATIONS
 
-    def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
-        """Return the start generation, the histories and the regimes."""
-        start = study.experiments[condition].evolution.generations - 1
-        return {
-            "generation": np.array([start], np.int32),
+    def plan(self, study: Conditions, condition: str) -> AssayPlan:
+        """Return the plan: the start generation, the histories and the regimes."""
+        n_generations = study.experiments[condition].evolution.generations
+        coordinates = {
+            "generation": np.array([n_generations - 1], np.int32),
             "history": list(HISTORIES),
             "regime": list(REGIMES),
         }
-
-    def count_lives(self, study: Conditions, condition: str) -> int:
-        """Return the number of simulated generations per run."""
         has_control = bool(find_control(condition, study.experiments))
-        generations = study.experiments[condition].evolution.generations
-        lives_of_control = 0 if has_control else generations
+        lives_of_control = 0 if has_control else n_generations
         branch_lives = self.generations + 1
         # With learning on, the newborns at the end are simulated again without learning.
         lives_of_history = len(REGIMES) * branch_lives + 1
-        return lives_of_control + len(HISTORIES) * lives_of_history
+        return AssayPlan(coordinates, lives_of_control + len(HISTORIES) * lives_of_history)
 
     def measure(self, sample: Sample) -> Arrays:
         """Measure `innate_fitness` and `fitness` [run, generation, history, regime, agent]."""
@@ -186,8 +183,7 @@ def declare_fork(start: str, generations: int = BRANCH_GENERATIONS) -> Assay:
             ),
             "fitness": declare_fitness(dims, "fitness in the regime of the branch, at its end"),
         },
-        coordinates=fork.coordinates,
-        count_lives=fork.count_lives,
+        plan=fork.plan,
         measure=fork.measure,
         obstacles=(*SIMULATION_OBSTACLES, find_evolution_obstacle),
         uses_control=True,

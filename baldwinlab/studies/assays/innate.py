@@ -11,7 +11,7 @@ The ideas are from G. E. Hinton and S. J. Nowlan, How learning can guide evoluti
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any, Final, TypeVar
 
@@ -28,6 +28,7 @@ from baldwinlab.studies.assays import (
     ON,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -43,20 +44,18 @@ MAX_GENERATIONS = 100
 MAX_FEW_GENERATIONS = 10
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
-    generations = np.array(assayed_generations(experiment), np.int32)
-    return {"generation": generations, "life": list(LIFE_KINDS), "layer": layer_names(experiment)}
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    experiment = study.experiments[condition]
-    if not experiment.learns:
-        return 0
+    generations = assayed_generations(experiment)
+    coordinates = {
+        "generation": np.array(generations, np.int32),
+        "life": list(LIFE_KINDS),
+        "layer": layer_names(experiment),
+    }
     # Learning off, learning on, and the weights at death without learning.
     lives_per_generation = 3
-    n_lives = lives_per_generation * len(assayed_generations(experiment))
-    return n_lives + len(drift_generations(experiment))
+    n_lives = lives_per_generation * len(generations) + len(drift_generations(experiment))
+    return AssayPlan(coordinates, n_lives if experiment.learns else 0)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -76,18 +75,14 @@ def measure_generations(sample: Sample, generations: Sequence[int]) -> Arrays:
     n_layers = len(layer_names(experiment))
     energy = np.full((len(generations), len(LIFE_KINDS), n_runs, n_agents), np.nan)
     distance = np.full((len(generations), n_layers, n_runs, n_agents), np.nan, np.float32)
-    measure_generation = _measure_learners if experiment.learns else _copy_stored_energy
     for index, generation in enumerate(generations):
-        measure_generation(sample, generation, energy[index], distance[index])
+        if experiment.learns:
+            _measure_learners(sample, generation, energy[index], distance[index])
+        else:
+            # Agents that do not learn have one kind of lifetime, which is stored.
+            energy[index, OFF] = sample.energy(generation)
     # [generation, life or layer, run, agent] becomes [run, generation, life or layer, agent].
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
-
-
-def _copy_stored_energy(
-    sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
-) -> None:
-    """Copy the stored energy: agents that do not learn have one kind of lifetime."""
-    energy[OFF] = sample.energy(generation)
 
 
 def _measure_learners(
@@ -212,8 +207,7 @@ ASSAY: Final = Assay(
             "distance of the weights of a layer between birth and death",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(find_fitness_obstacle, find_birth_obstacle, find_species_obstacle),
     is_default=True,

@@ -15,9 +15,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import product
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from baldwinlab.experiment.species import ACROSS
 from baldwinlab.studies.assays import (
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -40,20 +40,16 @@ N_WORLDS: Final = 3
 """Number of worlds in which two generations meet."""
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
     generations = np.array(assayed_generations(experiment), np.int32)
-    return {
+    coordinates = {
         "first_generation": generations,
         "second_generation": generations,
         "species": [species.name for species in experiment.population.species],
     }
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    n_generations = len(assayed_generations(study.experiments[condition]))
     # The last generation is simulated once more, as in the study.
-    return 1 + n_generations**2 * N_WORLDS
+    return AssayPlan(coordinates, 1 + len(generations) ** 2 * N_WORLDS)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -106,8 +102,7 @@ ASSAY: Final = Assay(
             "mean fitness of the agents of a species when these generations meet",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(
         find_archive_obstacle,

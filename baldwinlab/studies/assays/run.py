@@ -96,7 +96,7 @@ def _agent_steps_of_run(
     study: StudyStore, condition: str, names: Sequence[str], generations: int | None
 ) -> int:
     experiment = study.experiments[condition]
-    lives = sum(get_assay(name, generations).count_lives(study, condition) for name in names)
+    lives = sum(get_assay(name, generations).plan(study, condition).n_lives for name in names)
     return lives * experiment.agent_steps
 
 
@@ -223,7 +223,7 @@ def _store_results(
         attributes |= assay.attributes
         data = variables.make_dataset(assay.variables, arrays, attributes)
         data = data.assign_coords(run=runs)
-        data = data.assign_coords(assay.coordinates(study, condition))
+        data = data.assign_coords(assay.plan(study, condition).coordinates)
         if "agent" in data.dims:
             data = data.assign_coords(agent=agents)
         path = assay_path(study.directory, name, condition)

@@ -20,6 +20,7 @@ from baldwinlab.studies.assays import (
     SIMULATION_OBSTACLES,
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     declare_fitness,
@@ -53,17 +54,13 @@ class UnseenMap(NamedTuple):
     start_y: int
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     maps = draw_maps(study.experiments[condition])
     positions = {
         name: ("map", np.array([getattr(drawn, name) for drawn in maps], np.int32))
         for name in UnseenMap._fields
     }
-    return {"map": np.arange(N_MAPS, dtype=np.int32), **positions}
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    return N_LIVES
+    return AssayPlan({"map": np.arange(N_MAPS, dtype=np.int32), **positions}, N_LIVES)
 
 
 def measure(sample: Sample) -> Arrays:
@@ -182,8 +179,7 @@ ASSAY: Final = Assay(
     variables={
         "energy": declare_fitness(("map",), "mean fitness of the agents on this map"),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     obstacles=(*SIMULATION_OBSTACLES, find_model_obstacle, find_food_obstacle),
 )

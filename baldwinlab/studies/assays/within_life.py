@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -17,6 +16,7 @@ from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.assays import (
     Arrays,
     Assay,
+    AssayPlan,
     Conditions,
     Sample,
     find_birth_obstacle,
@@ -34,20 +34,12 @@ RANDOM_NEWBORNS: Final = "random genome"
 SAVED_STATES: Final = 10
 
 
-def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+def plan_assay(study: Conditions, condition: str) -> AssayPlan:
     experiment = study.experiments[condition]
     compared = first_middle_last(experiment.evolution.generations)
+    newborns = [RANDOM_NEWBORNS, *(f"generation {generation}" for generation in compared)]
     windows = np.arange(0, experiment.lifetime.steps, WINDOW_STEPS, dtype=np.int32)
-    return {
-        "newborns": [RANDOM_NEWBORNS, *(f"generation {generation}" for generation in compared)],
-        "window": windows,
-    }
-
-
-def count_lives(study: Conditions, condition: str) -> int:
-    generations = first_middle_last(study.experiments[condition].evolution.generations)
-    n_random = 1
-    return n_random + len(generations)
+    return AssayPlan({"newborns": newborns, "window": windows}, len(newborns))
 
 
 def measure(sample: Sample) -> Arrays:
@@ -114,8 +106,7 @@ ASSAY: Final = Assay(
             "step in which the agent first ate; NaN if it never ate",
         ),
     },
-    coordinates=coordinates,
-    count_lives=count_lives,
+    plan=plan_assay,
     measure=measure,
     # `find_archive_obstacle` is not needed, because eaten items do not depend on the fitness part.
     obstacles=(find_birth_obstacle, find_species_obstacle, find_model_obstacle),

@@ -42,7 +42,7 @@ def test_the_worlds_of_a_learning_rule_do_not_change_the_rule() -> None:
     (group,) = group_parts([registry.find_class("learning rule", "self-taught")])
     worlds = list(make_cases(group))
     assert {case.experiment.learning.rule for case in worlds} == {"self-taught"}
-    assert {case.agents for case in worlds} == FACTORS[0]
+    assert {case.experiment.population.size for case in worlds} == FACTORS[0]
 
 
 def updates(worlds: Iterable[Case]) -> set[str]:

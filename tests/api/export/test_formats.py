@@ -32,7 +32,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
 """Options without which a format cannot be written for a study with two runs."""
 TABLES: list[Callable[[Study], object]] = [
     lambda study: study.to_pandas(),
-    lambda study: study.to_polars(),
     lambda study: study.to_arviz(),
 ]
 WITH_LIBRARY = [format.name for format in FORMATS.values() if format.library]
@@ -82,21 +81,18 @@ def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
     assert not (copy.directory / "ro-crate-metadata.json").exists()
 
 
-@pytest.mark.parametrize("name", [*WITH_LIBRARY, "polars"])
+@pytest.mark.parametrize("name", WITH_LIBRARY)
 def test_without_a_library_the_error_has_the_command_that_installs_it(
     copy: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    library = FORMATS[name].library if name in FORMATS else name
+    library = FORMATS[name].library
     for module in [module for module in sys.modules if module.partition(".")[0] == library]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, library, None)
     out = tmp_path / "out"
     out.mkdir()
     with pytest.raises(RefusedError, match=re.escape(installation_command("exchange"))):
-        if name in FORMATS:
-            export(copy, name, out)
-        else:
-            copy.to_polars()
+        export(copy, name, out)
     assert not list(out.iterdir())
     assert not (copy.directory / "ro-crate-metadata.json").exists()
 

@@ -42,7 +42,7 @@ def test_the_command_writes_one_small_file(command: Command, tmp_path: Path) -> 
     out = tmp_path / "baldwin.html"
     assert command(*EXPORT, str(out)).code == 0
     page = out.read_text("utf-8")
-    assert len(page.encode()) <= explorable.MAX_PAGE_BYTES
+    assert len(page.encode()) <= 1_500_000
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
     out.write_text("mine", "utf-8")
     refused = command(*EXPORT, str(out))

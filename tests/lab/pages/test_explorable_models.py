@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, Page
 from baldwinlab.analysis.theory.needle import balance_of_unset
 from baldwinlab.lab.pages import explorable
 from baldwinlab.lab.pages.lesson_pack import find_texts
+from baldwinlab.papers import presets
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from tests.lab.essays import RECORDINGS, STRINGS, open_essay
@@ -145,7 +146,7 @@ def simulate_strings(page: Page, settings: dict[str, Any], runs: int, generation
 def test_the_puzzle_agrees_with_python_and_learned_becomes_innate(page: Page) -> None:
     generations = explorable.PUZZLE_GENERATIONS
     strings = simulate_strings(page, PUZZLE, 20, generations)
-    runs = simulate_batch(explorable.make_puzzle(), 0, range(10))
+    runs = simulate_batch(presets.load("guessing"), 0, range(10))
     names = ("ones", "unset", "used", "succeeded")
     python = np.array([[run[name].mean("agent") for name in names] for run in runs])
     # The last generation, and the first generation in which half of the strings succeed.
@@ -164,7 +165,7 @@ def test_without_guesses_nothing_happens(page: Page) -> None:
     # Without selection, shares change by drift only, in both directions.
     change = strings[:, -1, 0] - strings[:, 0, 0]
     assert abs(change.mean()) < 4 * change.std() / np.sqrt(len(change))
-    silent = explorable.make_puzzle().replace(hinton_nowlan={"guessing": False})
+    silent = presets.load("guessing").replace(hinton_nowlan={"guessing": False})
     run = simulate(silent, seed=0)
     assert run.succeeded.sum() == 0
 
@@ -188,7 +189,11 @@ def test_open_switches_agree_with_theory_and_python(page: Page) -> None:
     mean = {choice: values.mean() for choice, values in shares.items()}
     assert mean[2.0, 0] < mean[0.25, 0] < mean[0.25, 2] - 0.1
     assert mean[2.0, 0] < mean[2.0, 2] - 0.1 < mean[0.25, 2] - 0.1
-    runs = simulate_batch(explorable.make_needle(*CORNERS[-1]), 0, range(3))
+    cost, period = CORNERS[-1]
+    needle = presets.load("guessing/every-10").replace(
+        moving_needle={"cost_of_trials": cost, "period": period}
+    )
+    runs = simulate_batch(needle, 0, range(3))
     python = [float(run.unset[half:].mean()) for run in runs]
     assert abs(np.mean(python) - mean[CORNERS[-1]]) < 0.03
 
@@ -277,7 +282,9 @@ def test_learning_hides_and_guides_on_landscapes(page: Page) -> None:
 
 def test_strings_on_landscapes_agree_with_python(page: Page) -> None:
     last = explorable.CLIMBING_GENERATIONS - 1
-    climbers = explorable.make_climbers().replace(evolution={"generations": last + 1})
+    climbers = presets.load("climbing/rugged").replace(
+        nk_climbers=explorable.CLIMBER_SETTINGS, evolution={"generations": last + 1}
+    )
     runs = {
         trials: simulate_batch(climbers.replace(nk_climbers={"trials": trials}), 0, range(40))
         for trials in (CLIMBERS["trials"], 0)

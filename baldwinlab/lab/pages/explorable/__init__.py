@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab._version import __version__
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import join_worker_code, make_appearance_template
@@ -32,7 +31,6 @@ FIRST_MODULE: Final = "explorable/page.js"
 STYLES: Final = ("base.css", "explorable/explorable.css")
 STRINGS_FILE: Final = Path(__file__).parent / "strings.toml"
 RECORDINGS_FILE: Final = Path(__file__).parent / "recordings.json"
-MAX_PAGE_BYTES: Final = 1_500_000
 # The names of the compiled modules on the page, see `shipped_experiments`.
 PROGRAMS: Final = (
     "none-simultaneous",
@@ -66,6 +64,7 @@ PUZZLE_GENERATIONS: Final = 51
 CHANGING_GENERATIONS: Final = 201
 # Number of landscapes on which strings climb, and generations before and after the fork.
 LANDSCAPES: Final = 40
+CLIMBER_SETTINGS: Final = {"bits": 12, "k": 6}
 CLIMBING_GENERATIONS: Final = 100
 CLIMBING_GENERATIONS_AFTER: Final = 20
 
@@ -110,23 +109,6 @@ def make_scenes() -> Mapping[str, Experiment]:
     }
 
 
-def make_puzzle() -> BaseExperiment:
-    """Return the experiment of Hinton and Nowlan."""
-    return presets.load("guessing")
-
-
-def make_needle(cost: float, period: int) -> BaseExperiment:
-    """Return strings with a cost of trials in a changing world. 0: the world never changes."""
-    return presets.load("guessing/every-10").replace(
-        moving_needle={"cost_of_trials": cost, "period": period}
-    )
-
-
-def make_climbers() -> BaseExperiment:
-    """Return strings of 12 bits that climb rugged landscapes."""
-    return presets.load("climbing/rugged").replace(nk_climbers={"bits": 12, "k": 6})
-
-
 def _shorten(experiment: BaseExperiment) -> Experiment:
     shortened = experiment.replace(
         lifetime={"steps": STEPS}, evolution={"generations": GENERATIONS}
@@ -138,7 +120,7 @@ def _shorten(experiment: BaseExperiment) -> Experiment:
 def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
     """Return the page as HTML without references to other files. `strings_file`: its texts."""
     strings = tomllib.loads(strings_file.read_text("utf-8"))
-    page = single_page.render_page(
+    return single_page.render_page(
         "explorable.html",
         FIRST_MODULE,
         STYLES,
@@ -148,11 +130,6 @@ def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
         worker=join_worker_code(),
         data=collect_data(strings),
     )
-    if len(page) > MAX_PAGE_BYTES:
-        raise RefusedError(
-            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_BYTES:,}"
-        )
-    return page
 
 
 def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
@@ -183,7 +160,7 @@ def collect_data(strings: Mapping[str, Any]) -> dict[str, Any]:
 
 def _collect_needle() -> dict[str, Any]:
     """Return the settings of the strings that guess: `NeedleSettings` in needle_model.js."""
-    puzzle, changing = make_puzzle().to_dict(), make_needle(1.0, 0).to_dict()
+    puzzle, changing = (presets.load(name).to_dict() for name in ("guessing", "guessing/every-10"))
     model = puzzle["hinton_nowlan"]
     return {
         "settings": {
@@ -206,7 +183,7 @@ def _collect_needle() -> dict[str, Any]:
 
 def _collect_climbers() -> dict[str, Any]:
     """Return the settings of the strings on landscapes: `ClimberSettings` in landscape_model.js."""
-    experiment = make_climbers().to_dict()
+    experiment = presets.load("climbing/rugged").replace(nk_climbers=CLIMBER_SETTINGS).to_dict()
     model = experiment["nk_climbers"]
     return {
         "settings": {
@@ -220,6 +197,7 @@ def _collect_climbers() -> dict[str, Any]:
     }
 
 
+@cache
 def _make_program(name: str) -> dict[str, Any]:
     """Return a compiled module, its memory layout, and the settings that select it."""
     experiment = shipped_experiments()[name]
@@ -230,13 +208,8 @@ def _make_program(name: str) -> dict[str, Any]:
             "world.features": list(experiment.world.features),
         },
         "module": single_page.compress((MODULES_FOLDER / f"{name}.wasm").read_bytes()),
-        "plan": _make_plan(experiment),
+        "plan": ModuleLayout(experiment).plan(),
     }
-
-
-@cache
-def _make_plan(experiment: Experiment) -> dict[str, Any]:
-    return ModuleLayout(experiment).plan()
 
 
 def _list_steps(strings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -263,9 +236,7 @@ def _split_text(text: str, strings: Mapping[str, Any]) -> Iterator[dict[str, Any
         if name in MEANINGS:
             yield {"words": colored_words, "meaning": name}
         elif name in DIALS:
-            numbers = {
-                key: f"{value:g}" for key, value in DIALS[name]._asdict().items() if key != "path"
-            }
+            numbers = {key: f"{n:g}" for key, n in DIALS[name]._asdict().items() if key != "path"}
             yield {"dial": name, "label": strings["dials"][name], **numbers}
         else:
             yield {"value": name}

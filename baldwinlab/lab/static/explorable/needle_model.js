@@ -1,6 +1,5 @@
 /**
- * Strings of 0, 1 and ? that guess during life, as models/hinton_nowlan.py and
- * models/moving_needle.py.
+ * Strings of 0, 1 and ? that guess during life, as models/hinton_nowlan.py.
  *
  * Only a string that is right at each position gains fitness. An agent guesses all its ? in each
  * trial of its life, and stops at the first success. Its children inherit each ? as ?.
