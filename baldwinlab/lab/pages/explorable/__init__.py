@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab._version import __version__
-from baldwinlab.core.errors import RefusedError as RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab.pages import single_page
 from baldwinlab.lab.pages.export import join_worker_code, make_appearance_template
