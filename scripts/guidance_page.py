@@ -11,13 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from baldwinlab.api.cells import CellsRequest
 from baldwinlab.api.guidance.publish import (
     ArmTable,
     GuidanceResults,
     list_tables,
     publish_guidance,
 )
+from baldwinlab.api.guidance.run import GuidanceRequest
 from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
 PAGE: Final = EXPLANATION / "what-guides.md"
@@ -68,6 +68,6 @@ def show_table(table: ArmTable, suffix: str = "") -> Iterator[str]:
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
-    write_results(PAGE, make_results(publish_guidance(CellsRequest(folder))).rstrip())
+    write_results(PAGE, make_results(publish_guidance(GuidanceRequest(folder))).rstrip())
     for name in FIGURES:
         shutil.copy(folder / "figures" / f"{name}.png", PICTURES / f"what-guides-{name}.png")

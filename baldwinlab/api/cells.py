@@ -7,9 +7,8 @@ cell, so that a repeated command simulates only cells that are missing, damaged 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -31,16 +30,6 @@ from baldwinlab.studies.store import StudyStore
 CELL_FOLDER = "cells"
 Identity = Mapping[str, str]
 """Attributes of a file that identify the settings of its cell."""
-
-
-@dataclass(frozen=True)
-class CellsRequest:
-    """A study of cells to run: the atlas, or what-guides."""
-
-    directory: Path
-    seed: int = 0
-    runs: int | None = None  # Number of runs of each cell. None: as in the design.
-    is_quick: bool = False  # Whether to run the short form, without verdicts.
 
 
 class StoredTask(Task, Protocol):
@@ -72,13 +61,6 @@ def read_cell(path: Path, identity: Identity, runs: Sequence[int]) -> xr.Dataset
         return None
     is_same = all(data.attrs.get(name) == value for name, value in identity.items())
     return data if is_same and data["run"].values.tolist() == [*runs] else None
-
-
-def divide_runs(runs: Sequence[int], agents: int, max_agents: int) -> Iterator[Sequence[int]]:
-    """Yield groups of runs with at most `max_agents` agents, or one run. `agents`: of a run."""
-    size = max(1, max_agents // agents)
-    for first in range(0, len(runs), size):
-        yield runs[first : first + size]
 
 
 def simulate_cells(

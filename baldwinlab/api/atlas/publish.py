@@ -46,8 +46,8 @@ from baldwinlab.analysis.report.sections import (
     write_page,
 )
 from baldwinlab.analysis.results.numbers import to_csv
-from baldwinlab.api.atlas.run import PlannedMap, choose_size, plan_maps, read_map, stack_cells
-from baldwinlab.api.cells import CellsRequest, read_digests
+from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
+from baldwinlab.api.cells import read_digests
 from baldwinlab.api.publish.registered_claims import (
     describe_claims,
     record_claim,
@@ -119,10 +119,10 @@ class AtlasResults:
     seed: int
 
 
-def read_results(request: CellsRequest) -> AtlasResults:
+def read_results(request: AtlasRequest) -> AtlasResults:
     """Return the results of a finished atlas."""
     design = read_atlas()
-    size = choose_size(request, design)
+    size = request.choose_size(design)
     maps = [
         _read_map(planned, request.seed, size.exploration_runs)
         for planned in plan_maps(request, design)
@@ -156,17 +156,14 @@ def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResul
     return MapResults(planned, cells, stack_cells(planned, outcomes))
 
 
-def publish_atlas(request: CellsRequest) -> AtlasResults:
-    """Write page, figures, tables, article and netCDF files of a finished atlas."""
+def publish_atlas(request: AtlasRequest) -> AtlasResults:
+    """Write the page, the figures, the tables and the netCDF files of a finished atlas."""
     folder = request.directory
     results = read_results(request)
     rows = [row for result in results.maps for row in result.rows]
     write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
     for result in results.maps:
-        # An attribute of a netCDF file must be a text.
-        texts = {name: str(value) for name, value in result.outcomes.attrs.items()}
-        content = to_bytes(result.outcomes.assign_attrs(texts))
-        write_atomically(folder / f"{result.name}.nc", content)
+        write_atomically(folder / f"{result.name}.nc", to_bytes(_encode_labels(result.outcomes)))
     write_json(folder / CLAIM_RESULTS_FILE, [record_claim(result) for result in results.claims])
     figures = folder / "figures"
     console.info("drawing the figures")
@@ -181,9 +178,13 @@ def publish_atlas(request: CellsRequest) -> AtlasResults:
     lead = QUICK_REASON if request.is_quick else describe_claims(results.claims)
     write_page(results.design.title, lead, sections, folder / PAGE_FILE, figures)
     console.info(f"{folder / PAGE_FILE}", has_address=True)
-    article = write_atomically(folder / ARTICLE_FILE, render_article(results).encode())
-    console.info(str(article))
     return results
+
+
+def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
+    """Return the outcomes with attributes as text, which netCDF can store."""
+    attributes = {name: str(value) for name, value in outcomes.attrs.items()}
+    return outcomes.assign_attrs(attributes)
 
 
 def _render_laws(results: AtlasResults, figures: Path) -> str:
@@ -267,6 +268,11 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         runs=first.sizes["run"],
         first_run=int(first["run"][0]),
     )
+
+
+def write_article(results: AtlasResults, directory: Path) -> Path:
+    """Write the article of a finished atlas."""
+    return write_atomically(directory / ARTICLE_FILE, render_article(results).encode())
 
 
 def render_article(results: AtlasResults) -> str:

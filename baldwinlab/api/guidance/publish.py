@@ -16,12 +16,11 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult
 from baldwinlab.analysis.atlas.tables import estimate_mean
+from baldwinlab.analysis.guidance.effects import CONTROL, LEARNING
 from baldwinlab.analysis.guidance.figures import draw_chain, draw_effects, draw_models
 from baldwinlab.analysis.guidance.predictions import (
     CHAIN,
-    CONTROL,
     LARGE,
-    LEARNING,
     NK,
     add_effects,
     evaluate_predictions,
@@ -35,8 +34,8 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.report.tables import tabulate
 from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
-from baldwinlab.api.cells import CellsRequest, read_digests
-from baldwinlab.api.guidance.run import choose_design, read_groups, require_same_design
+from baldwinlab.api.cells import read_digests
+from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
 from baldwinlab.api.publish.registered_claims import (
     describe_claims,
     record_claim,
@@ -100,10 +99,10 @@ class GuidanceResults:
         ]
 
 
-def read_results(request: CellsRequest) -> GuidanceResults:
+def read_results(request: GuidanceRequest) -> GuidanceResults:
     """Return the results of a finished study."""
     require_same_design(request.directory)
-    design = choose_design(request)
+    design = request.choose_design()
     cells = read_groups(request, design)
     groups = {
         group.name: add_effects(cells[group.name], is_relative=group.is_relative)
@@ -114,7 +113,7 @@ def read_results(request: CellsRequest) -> GuidanceResults:
     return GuidanceResults(design, groups, predictions, digest, request.seed)
 
 
-def publish_guidance(request: CellsRequest) -> GuidanceResults:
+def publish_guidance(request: GuidanceRequest) -> GuidanceResults:
     """Write the page, the figures, the table, the verdicts and the article."""
     folder = request.directory
     results = read_results(request)
@@ -215,10 +214,7 @@ class ArmTable(NamedTuple):
 def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
     """Return a table per start of the common generations, with the arms of any of the groups."""
     cells_of_groups = [results.groups[name] for name in part.names]
-    all_arms = dict.fromkeys(
-        arm for cells in cells_of_groups for arm in cells["arm"].values.tolist()
-    )
-    arms = [arm for arm in all_arms if arm != CONTROL]
+    arms = list(dict.fromkeys(arm for cells in cells_of_groups for arm in _name_arms(cells)))
     tables = []
     for start, words in STARTS.items():
         rows = [
@@ -231,6 +227,11 @@ def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
             caption = f"{part.title}, {part.horizon} common generations from {words}"
             tables.append(ArmTable(caption, arms, rows))
     return tables
+
+
+def _name_arms(cells: xr.Dataset) -> list[str]:
+    arms: list[str] = cells["arm"].values.tolist()
+    return [arm for arm in arms if arm != CONTROL]
 
 
 def _format_effect(cells: xr.Dataset, name: str, arm: str, start: str, horizon: int) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.analysis.guidance.predictions import (
+from baldwinlab.analysis.guidance.effects import (
     CONTROL,
     EQUAL_EVALUATIONS,
     LEARNING,
@@ -27,7 +27,8 @@ from baldwinlab.models import Simulator
 from baldwinlab.models.kit import read_bits
 from baldwinlab.models.nk_climbers import landscape
 from baldwinlab.papers.guidance_design import Cell
-from baldwinlab.simulation.generations import Kind, NoiseControl, iterate_generations
+from baldwinlab.simulation.generations import iterate_generations
+from baldwinlab.simulation.noise_controls import Kind, NoiseControl
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
@@ -44,7 +45,7 @@ class Arm(NamedTuple):
     experiment: BaseExperiment
     # The arm has as many lifetimes as this number of generations of the learner.
     repetitions: int = 1
-    # Control of `NoiseControl`, if the simulator has one.
+    # Control of `simulation.noise_controls`, if the simulator has one.
     noise: Kind | None = None
 
     @property
@@ -101,6 +102,13 @@ def _count_steps(experiment: BaseExperiment) -> int:
     """
     n_genes = len(experiment.modules) * experiment.genome_length
     return experiment.agent_steps + experiment.population.size * n_genes
+
+
+def split_batches(cell: Cell, runs: Sequence[int]) -> Iterator[Sequence[int]]:
+    """Yield the runs of each batch."""
+    size = max(1, AGENTS_PER_BATCH // cell.learner.population.size)
+    for first in range(0, len(runs), size):
+        yield runs[first : first + size]
 
 
 def _last_horizon(cell: Cell) -> int:
