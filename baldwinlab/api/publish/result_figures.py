@@ -97,7 +97,7 @@ def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str, measure: st
     )
     if measure:
         return draw_measures(report, [measure])
-    figure = load_figure(name).draw(report)
+    figure = load_figure(name)(report)
     assert figure is not None
     return figure
 

@@ -17,7 +17,7 @@ from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report.content import format_timing, read_experiment_texts, title_worlds
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
-from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
+from baldwinlab.analysis.report.figures.boxes import describe_p_values
 from baldwinlab.analysis.report.figures.fitness import draw_measures
 from baldwinlab.analysis.report.setup import (
     describe_fitness,

@@ -1,6 +1,8 @@
-"""Fractions by generation, such as the fraction of each allele: a panel per condition."""
+"""Fractions by generation, of each allele or of each species: a panel per condition."""
 
 from __future__ import annotations
+
+import math
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -13,9 +15,12 @@ from baldwinlab.analysis.figures.style import (
     style_conditions,
     styled,
 )
-from baldwinlab.analysis.report.content import compute_shares, tabulate_shares
+from baldwinlab.analysis.report.content import (
+    compute_shares,
+    compute_species_composition,
+    tabulate_shares,
+)
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics.intervals import interval_of_mean
 
@@ -26,7 +31,6 @@ PANEL_HEIGHT = 2.2
 LEGEND_HEIGHT = 0.5
 
 
-@declare_figure()
 def draw_figure(report: ReportData) -> ReportFigure | None:
     shares = compute_shares(report.data, report.experiments)
     if not shares:
@@ -41,6 +45,24 @@ def draw_figure(report: ReportData) -> ReportFigure | None:
         alternative=f"Curves by generation for each condition: {meanings}.",
         figure=draw_shares(shares),
         table=tabulate_shares(shares),
+    )
+
+
+def draw_species_figure(report: ReportData) -> ReportFigure | None:
+    shares = compute_species_composition(report.data, report.experiments)
+    if not shares:
+        return None
+    names = ", ".join(map(str, shares))
+    return ReportFigure(
+        title="Shares of the species",
+        caption=(
+            "Share of each species in the agents of a generation, in the conditions in which the "
+            "species compete. Lines are means over runs. Bands are 95 % intervals of the mean "
+            "(Student's t). A run that stopped keeps its last value."
+        ),
+        alternative=f"Curves by generation for each condition: shares of {names}.",
+        figure=draw_shares(shares),
+        table=[row for row in tabulate_shares(shares) if not math.isnan(row["mean"])],
     )
 
 
