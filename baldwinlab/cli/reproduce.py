@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas.publish import publish_atlas, write_article
+from baldwinlab.api.atlas.publish import publish_atlas
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 from baldwinlab.api.guidance.publish import publish_guidance
 from baldwinlab.api.guidance.run import GuidanceRequest, run_guidance
@@ -138,8 +138,7 @@ def reproduce(
 def _reproduce_atlas(request: AtlasRequest, options: RunOptions) -> None:
     """Simulate the missing cells of all maps, and write the page, article, tables and data."""
     run_atlas(request, options)
-    results = publish_atlas(request)
-    console.info(str(write_article(results, request.directory)))
+    publish_atlas(request)
 
 
 def _reproduce_guidance(request: GuidanceRequest, options: RunOptions) -> None:

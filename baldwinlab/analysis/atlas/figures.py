@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from textwrap import fill
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -60,10 +60,7 @@ class LawPoints(NamedTuple):
 
     title: str
     quantity: str
-    predicted: Sequence[float]
-    measured: Sequence[float]
-    low: Sequence[float]
-    high: Sequence[float]
+    rows: Sequence[Mapping[str, Any]]  # Rows of `tables.tabulate` with a prediction.
 
 
 @styled
@@ -138,10 +135,12 @@ def draw_laws(points: Sequence[LawPoints]) -> Figure:
 
 
 def _draw_law(axes: Axes, group: LawPoints) -> None:
-    top = 1.08 * np.nanmax([*group.predicted, *group.measured, *group.high])
+    # A cell of a single run has no interval, and None becomes NaN.
+    columns = ("law", "mean", "low", "high")
+    values = np.array([[row[column] for row in group.rows] for column in columns], np.float64)
+    top = 1.08 * np.nanmax(values)
     axes.plot([0, top], [0, top], color=GRAY, lw=1)
-    measured = (group.measured, group.low, group.high)
-    draw_estimates(axes, group.predicted, measured, LAW_STYLE)
+    draw_estimates(axes, values[0], values[1:], LAW_STYLE)
     limits = (-0.04 * top, top)
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.locator_params(nbins=3)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -66,20 +66,21 @@ def describe_cells(
     for number, (cell, curves) in enumerate(zip(list_cells(outcomes), values, strict=True)):
         selected = outcomes.sel(cell)
         value = float(selected[shown.name].mean("run"))
+        color = _choose_color(shown.scale(value))
         described.append(
             {
                 "id": f"{name}-{number:04d}",
                 "caption": describe_settings(cell, labels),
                 "settings": cell,
                 "value": shown.format(value),
-                "color": _choose_color(shown.scale(value)),
-                "text_color": choose_text_color(to_rgb(_choose_color(shown.scale(value)))),
+                "color": color,
+                "text_color": choose_text_color(to_rgb(color)),
                 "residual": format_cell(float(measured.sel(cell))) if measured is not None else "",
                 "law": _format_law(predicted.sel(cell)) if predicted is not None else "",
                 "outcomes": {
                     LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
                 },
-                "panels": draw_panels(curves),
+                "panels": [*draw_panels(curves)],
             }
         )
     return described
@@ -104,7 +105,7 @@ def arrange_grids(
 ) -> Iterator[Table]:
     """Yield a grid of the first two axes for each combination of the other axes."""
     rows, columns, *other_axes = outcomes.attrs["fields"]
-    letter = name_letter(outcomes)
+    letter = LETTERS[choose_outcome(outcomes).name]
     by_settings = {tuple(cell["settings"].items()): _link(cell, letter) for cell in cells}
     column_values = outcomes[columns].values.tolist()
     headings = dict.fromkeys(map(format_label, column_values), "right")
@@ -122,11 +123,6 @@ def arrange_grids(
         yield Table(label, {corner: "", **headings}, groups, "numbers cells", caption)
 
 
-def name_letter(outcomes: xr.Dataset) -> str:
-    """Return the letter of the outcome that the cells of a map show."""
-    return LETTERS[choose_outcome(outcomes).name]
-
-
 def _link(cell: Mapping[str, Any], letter: str) -> Markup:
     """Return the value of a cell, in its color, with a link to its curves."""
     law = Markup("<br><small>{} | {}</small>").format(cell["residual"], cell["law"])
@@ -138,42 +134,22 @@ def _link(cell: Mapping[str, Any], letter: str) -> Markup:
     )
 
 
-class CurvePanel(NamedTuple):
-    """A panel of curves over the generations."""
-
-    title: str
-    # Range of the vertical axis.
-    low: float
-    high: float
-    # "kind" ("mean", "control" or "replay") and "points" of each line.
-    lines: list[dict[str, Any]]
-
-
-def draw_panels(cell: xr.Dataset) -> list[CurvePanel]:
-    """Return the panels of a cell: the learned distance and the innate trait."""
-    panels = []
-    if "distance" in cell and bool(cell["distance"].notnull().any()):
-        distances = cell["distance"], cell["control_distance"]
-        panels.append(_draw_panel("learned distance", *distances))
-    trait = cell["innate_trait"]
-    panels.append(_draw_panel("innate trait", trait, cell["control_innate_trait"]))
-    return panels
-
-
-def _draw_panel(title: str, values: xr.DataArray, control: xr.DataArray) -> CurvePanel:
-    curves = {
-        "mean": values.mean("run").values,
-        "control": control.mean("run").values,
-        "replay": values.isel(run=0).values,  # The first run.
-    }
-    stacked = np.concatenate([curve[np.isfinite(curve)] for curve in curves.values()])
-    low, high = (float(stacked.min()), float(stacked.max())) if stacked.size else (0.0, 1.0)
-    generations = values["generation"].values.astype(np.float64)
-    lines = [
-        {"kind": kind, "points": _project(generations, curve, low, high)}
-        for kind, curve in curves.items()
-    ]
-    return CurvePanel(title, low, high, lines)
+def draw_panels(cell: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield the panels of a cell, with curves over the generations and their range."""
+    names = {"learned distance": "distance", "innate trait": "innate_trait"}
+    if "distance" not in cell or not cell["distance"].notnull().any():
+        del names["learned distance"]
+    generations = cell["generation"].values.astype(np.float64)
+    for title, name in names.items():
+        curves = {
+            "mean": cell[name].mean("run").values,
+            "control": cell[f"control_{name}"].mean("run").values,
+            "replay": cell[name].isel(run=0).values,  # The first run.
+        }
+        stacked = np.concatenate([curve[np.isfinite(curve)] for curve in curves.values()])
+        low, high = (float(stacked.min()), float(stacked.max())) if stacked.size else (0.0, 1.0)
+        lines = {kind: _project(generations, curve, low, high) for kind, curve in curves.items()}
+        yield {"title": title, "low": low, "high": high, "lines": lines}
 
 
 def _project(generations: Floats, curve: Floats, low: float, high: float) -> str:

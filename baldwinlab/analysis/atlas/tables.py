@@ -30,7 +30,6 @@ from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
 
 Floats = npt.NDArray[np.float64]
 RESIDUAL: Final = "residual"
-COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "runs", "law")
 
 
 class MeanInterval(NamedTuple):
@@ -164,7 +163,7 @@ def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
-    """Return a row per cell and outcome with `COLUMNS`: the mean over runs with its 95 % interval.
+    """Return a row per cell and outcome: the mean over runs with its 95 % interval.
 
     With a law, a further outcome "residual" is the measured quantity that the law predicts. The
     prediction is in the column "law".

@@ -18,7 +18,7 @@ from baldwinlab.api.atlas.publish import (
     QUICK_REASON,
     publish_atlas,
     read_results,
-    write_article,
+    render_article,
 )
 from baldwinlab.api.atlas.run import AtlasRequest, CellTask, choose_generations, run_atlas
 from baldwinlab.api.run_options import RunOptions
@@ -187,9 +187,9 @@ def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
     page = (atlas.directory / "atlas.html").read_text("utf-8")
     assert page.index(QUICK_REASON) < page.index('id="laws"')
     assert (atlas.directory / "article.md").read_text("utf-8").startswith("# ")
-    assert [result.name for result in results.maps] == ["correlation", "slope"]
+    assert [result.atlas_map.name for result in results.maps] == ["correlation", "slope"]
     for result in results.maps:
-        stored = xr.load_dataset(atlas.directory / f"{result.name}.nc")
+        stored = xr.load_dataset(atlas.directory / f"{result.atlas_map.name}.nc")
         xr.testing.assert_equal(result.outcomes, stored)
 
 
@@ -197,9 +197,7 @@ def test_two_articles_have_equal_bytes_and_their_pictures(
     atlas: AtlasRequest, design: AtlasDesign, page: str
 ) -> None:
     with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
-        article, second = (
-            write_article(read_results(atlas), atlas.directory).read_text("utf-8") for _ in range(2)
-        )
+        article, second = (render_article(read_results(atlas)) for _ in range(2))
     assert article == second
     assert len(article.encode()) > 3000
     pictures = re.findall(r"!\[[^]]+\]\((.+?)\)", article)
