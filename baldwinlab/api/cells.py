@@ -7,7 +7,7 @@ cell, so that a repeated command simulates only cells that are missing, damaged 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Protocol
@@ -41,6 +41,13 @@ class StoredTask(Task, Protocol):
 
     def identify(self, seed: int) -> Identity:
         """Return the attributes that identify the settings of the cell."""
+
+
+def split_runs(runs: Sequence[int], n_agents: int, limit: int) -> Iterator[Sequence[int]]:
+    """Yield groups of runs with at most `limit` agents. `n_agents`: number of agents of a run."""
+    size = max(1, limit // n_agents)
+    for first in range(0, len(runs), size):
+        yield runs[first : first + size]
 
 
 def cell_path(directory: Path, cell: str) -> Path:

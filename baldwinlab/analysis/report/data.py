@@ -89,11 +89,6 @@ def link_conditions(lives: Mapping[str, StoredLife]) -> list[Link]:
     return [make_link([life]) for life in [*lives.values()][:MAX_LINKED_LIVES]]
 
 
-def list_replay_commands(lives: Mapping[str, StoredLife]) -> list[str]:
-    """Return the commands that write the lifetimes as movies, in the directory of the study."""
-    return [format_replay_command(life) for life in lives.values()]
-
-
 def format_replay_command(life: StoredLife) -> str:
     """Return the command that writes a lifetime as a movie, in the directory of the study."""
     return f"baldwinlab replay . {life.options} --out life.mp4"

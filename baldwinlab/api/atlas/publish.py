@@ -19,13 +19,16 @@ from baldwinlab.analysis.atlas.claims import (
     evaluate_claims,
     refuse_verdicts,
 )
-from baldwinlab.analysis.atlas.figures import LawPoints, choose_outcome, draw_laws, draw_maps
-from baldwinlab.analysis.atlas.grids import (
+from baldwinlab.analysis.atlas.figures import (
     HEIGHT,
     LETTERS,
     WIDTH,
+    LawPoints,
     arrange_grids,
+    choose_outcome,
     describe_cells,
+    draw_laws,
+    draw_maps,
 )
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, OUTCOMES, compute_outcomes
@@ -70,16 +73,12 @@ QUICK_REASON: Final = "The quick form has too few cells and runs for verdicts, s
 class MapResults:
     """The cells of a map by name, and the outcomes of the cells, in the confirmatory runs."""
 
-    planned: PlannedMap
+    atlas_map: AtlasMap
     cells: Mapping[str, xr.Dataset]
     outcomes: xr.Dataset
     law: Law | None
     rows: Sequence[Mapping[str, Any]]  # The rows of the table of all outcomes.
-
-    @property
-    def atlas_map(self) -> AtlasMap:
-        """The map in the design."""
-        return self.planned.atlas_map
+    n_runs: int  # Number of runs, with the exploratory runs.
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResul
     law = LAWS.get(planned.atlas_map.law)
     stacked = stack_cells(planned, outcomes)
     rows = tabulate(planned.atlas_map.name, stacked, law)
-    return MapResults(planned, cells, stacked, law, rows)
+    return MapResults(planned.atlas_map, cells, stacked, law, rows, len(planned.runs))
 
 
 def publish_atlas(request: AtlasRequest) -> None:
@@ -227,7 +226,7 @@ def _render_map(result: MapResults, seed: int, figures: Path) -> str:
         height=HEIGHT,
         first=curves[0],  # The runs and generations of all cells.
         seed=seed,
-        n_runs=len(result.planned.runs),
+        n_runs=result.n_runs,
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import tomlkit
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
-from baldwinlab.api.cells import cell_path, freeze_design, read_cell, simulate_cells
+from baldwinlab.api.cells import cell_path, freeze_design, read_cell, simulate_cells, split_runs
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.api.run_study import RemainingTime
 from baldwinlab.core.deferred import xr
@@ -91,9 +91,11 @@ class CellTask(NamedTuple):
             n_left -= n_reported
             report_progress(n_reported)
 
+        # Groups of runs whose records fit into the memory.
+        n_agents = self.experiment.population.size * self.experiment.evolution.generations
+        groups = split_runs(self.runs, n_agents, MAX_RECORDED_AGENTS)
         parts = [
-            measure_runs(self.experiment, seed, runs, directory, report_limited)
-            for runs in _split_runs(self.experiment, self.runs)
+            measure_runs(self.experiment, seed, runs, directory, report_limited) for runs in groups
         ]
         report_limited(n_left)  # Report the rest, if the simulations had fewer agent-steps.
         return xr.concat(parts, "run", combine_attrs="override")
@@ -108,14 +110,6 @@ def choose_generations(experiment: BaseExperiment) -> list[int]:
 def _interval(experiment: BaseExperiment) -> int:
     """Return the number of generations between two measurements, rounded up."""
     return max(1, -(-(experiment.evolution.generations - 1) // N_INTERVALS))
-
-
-def _split_runs(experiment: BaseExperiment, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield groups of runs whose records fit into the memory."""
-    agents_of_run = experiment.population.size * experiment.evolution.generations
-    size = max(1, MAX_RECORDED_AGENTS // agents_of_run)
-    for start in range(0, len(runs), size):
-        yield runs[start : start + size]
 
 
 def measure_runs(
@@ -207,44 +201,35 @@ class PlannedMap:
     directory: Path
     runs: tuple[int, ...]
 
-    def path(self, cell: str) -> Path:
-        """Return the file of the values of a cell."""
-        return cell_path(self.directory, cell)
-
-    def find_missing(self, seed: int) -> list[CellTask]:
-        """Return the tasks of the cells whose values are not stored."""
-        return [
-            CellTask(cell, self.runs) for cell in self.cells if self.read_cell(cell, seed) is None
-        ]
-
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
         """Return the values of a cell, or None if missing, damaged or of other settings."""
-        return read_cell(self.path(cell.name), CellTask(cell, self.runs).identify(seed), self.runs)
+        path = cell_path(self.directory, cell.name)
+        return read_cell(path, CellTask(cell, self.runs).identify(seed), self.runs)
 
 
-def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
+def run_atlas(request: AtlasRequest, options: AssayOptions) -> None:
     """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
     options.make_executor()  # Refuses an invalid executor before a file is written.
     design = read_atlas()
     maps = list(plan_maps(request, design))
     with remove_if_refused(request.directory):
-        return _run_maps(request, options, design, maps)
-
-
-def _run_maps(
-    request: AtlasRequest, options: AssayOptions, design: AtlasDesign, maps: list[PlannedMap]
-) -> list[PlannedMap]:
-    studies = [_open_map(planned, request.seed) for planned in maps]
-    freeze_design(request.directory, digest_atlas(design))
-    missing = [planned.find_missing(request.seed) for planned in maps]
-    # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
-    clock = RemainingTime(list(map(len, missing)), "cells")
-    for planned, study, tasks in zip(maps, studies, missing, strict=True):
-        clock.announce(planned.atlas_map.title)
-        if tasks:
-            simulate_cells(study, tasks, len(planned.cells), options)
-    return maps
+        studies = [_open_map(planned, request.seed) for planned in maps]
+        freeze_design(request.directory, digest_atlas(design))
+        missing = [
+            [
+                CellTask(cell, planned.runs)
+                for cell in planned.cells
+                if planned.read_cell(cell, request.seed) is None
+            ]
+            for planned in maps
+        ]
+        # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
+        clock = RemainingTime(list(map(len, missing)), "cells")
+        for planned, study, tasks in zip(maps, studies, missing, strict=True):
+            clock.announce(planned.atlas_map.title)
+            if tasks:
+                simulate_cells(study, tasks, len(planned.cells), options)
 
 
 def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
@@ -280,7 +265,8 @@ def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
         data = planned.read_cell(cell, seed)
         if data is None:
             raise RefusedError(
-                f"{planned.path(cell.name)} is missing; `baldwinlab reproduce atlas` simulates it"
+                f"{cell_path(planned.directory, cell.name)} is missing; `baldwinlab reproduce "
+                "atlas` simulates it"
             )
         cells[cell.name] = data
     return cells

@@ -7,10 +7,10 @@ DIR/frozen.json     SHA-256 of the design at the first start
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from baldwinlab.api.cells import (
     cell_path,
@@ -18,13 +18,9 @@ from baldwinlab.api.cells import (
     read_cell,
     read_digests,
     simulate_cells,
+    split_runs,
 )
-from baldwinlab.api.guidance.simulation import (
-    count_agent_steps,
-    list_arms,
-    measure_runs,
-    split_batches,
-)
+from baldwinlab.api.guidance.simulation import count_agent_steps, list_arms, measure_runs
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
@@ -41,6 +37,9 @@ from baldwinlab.papers.guidance_design import (
     read_guidance,
 )
 from baldwinlab.studies.creation import create_study, remove_if_refused
+
+# Number of agents of all runs of a batch. Larger batches save little time, and need more memory.
+AGENTS_PER_BATCH: Final = 4000
 
 
 class GuidanceTask(NamedTuple):
@@ -81,7 +80,7 @@ class GuidanceTask(NamedTuple):
         """Return the values of all runs, from `measure_runs`."""
         parts = [
             measure_runs(self.cell, seed, runs, report_progress)
-            for runs in split_batches(self.cell, self.runs)
+            for runs in split_runs(self.runs, self.cell.learner.population.size, AGENTS_PER_BATCH)
         ]
         return xr.concat(parts, "run")
 
@@ -161,8 +160,4 @@ def read_groups(request: GuidanceRequest, design: GuidanceDesign) -> Mapping[str
         labels = {field: ("cell", [value]) for field, value in task.cell.values.items()}
         expanded = data.expand_dims(cell=[task.name])
         groups[task.cell.group.name].append(expanded.assign_coords(labels))
-    return {name: _stack(cells) for name, cells in groups.items()}
-
-
-def _stack(cells: Sequence[xr.Dataset]) -> xr.Dataset:
-    return xr.concat(cells, "cell", combine_attrs="drop")
+    return {name: xr.concat(cells, "cell", combine_attrs="drop") for name, cells in groups.items()}

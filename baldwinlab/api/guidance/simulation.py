@@ -32,8 +32,6 @@ from baldwinlab.simulation.noise_controls import Kind, NoiseControl
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
-# Number of agents of all runs of a batch. Larger batches save little time, and need more memory.
-AGENTS_PER_BATCH: Final = 4000
 # The prediction for a run takes about the time of this number of agent-steps.
 PREDICTION_STEPS: Final = 8_000_000
 
@@ -83,7 +81,9 @@ def count_agent_steps(cell: Cell) -> int:
     arms = [*list_arms(cell)]
     n_branches = len(arms) * len(cell.group.starts)
     steps_of_arms = sum((arm.last_generation + 1) * _count_steps_of_arm(arm) for arm in arms)
-    steps_of_branches = (_last_horizon(cell) + 1) * n_branches * _count_steps(arms[0].experiment)
+    steps_of_branches = (
+        (max(cell.group.horizons) + 1) * n_branches * _count_steps(arms[0].experiment)
+    )
     return steps_of_arms + steps_of_branches + PREDICTION_STEPS * cell.group.has_law
 
 
@@ -102,17 +102,6 @@ def _count_steps(experiment: BaseExperiment) -> int:
     """
     n_genes = len(experiment.modules) * experiment.genome_length
     return experiment.agent_steps + experiment.population.size * n_genes
-
-
-def split_batches(cell: Cell, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield the runs of each batch."""
-    size = max(1, AGENTS_PER_BATCH // cell.learner.population.size)
-    for first in range(0, len(runs), size):
-        yield runs[first : first + size]
-
-
-def _last_horizon(cell: Cell) -> int:
-    return max(cell.group.horizons)
 
 
 def measure_runs(
@@ -185,7 +174,7 @@ def _branch(
     that do not depend on the number of agents.
     """
     first = control.evolution.generations - 1
-    generations = range(first, first + _last_horizon(cell) + 1)
+    generations = range(first, first + max(cell.group.horizons) + 1)
     all_runs = [*runs] * len(branches)
     agent_steps = len(all_runs) * _count_steps(control)
     means = []

@@ -468,17 +468,17 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison_or_its_fitness
     data = study({"mine": range(8), "yours": range(20, 28)})
     contrasts = compare_conditions(data)
     headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
-    assert headline.question == "Do mine and yours differ in fitness?"
-    (answer,) = headline.answer
+    assert headline["question"] == "Do mine and yours differ in fitness?"
+    (answer,) = headline["answer"]
     assert answer.startswith("The fitness of agents of yours is 20.0 higher than that of agents of")
-    assert "medians over 8 runs" in headline.statistic
-    assert headline.commands == [
+    assert "medians over 8 runs" in headline["statistic"]
+    assert headline["commands"] == [
         f"baldwinlab replay . --condition {name} --run 3 --generation 11 --out life.mp4"
         for name in ("yours", "mine")
     ]
     headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
-    assert headline.question == "How fit do the agents of mine become?"
-    assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.statistic == ""
+    assert headline["question"] == "How fit do the agents of mine become?"
+    assert "3.50 in 8 runs of mine." in headline["answer"][0] and headline["statistic"] == ""
 
 
 def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:

@@ -16,15 +16,19 @@ import xarray as xr
 
 from baldwinlab.analysis.guidance.figures import draw_effects
 from baldwinlab.analysis.results.verdicts import VERDICTS
-from baldwinlab.api.cells import read_digests
+from baldwinlab.api.cells import read_digests, split_runs
 from baldwinlab.api.guidance import run as run_module
 from baldwinlab.api.guidance.publish import publish_guidance, read_results, render_article
-from baldwinlab.api.guidance.run import GuidanceRequest, GuidanceTask, run_guidance
+from baldwinlab.api.guidance.run import (
+    AGENTS_PER_BATCH,
+    GuidanceRequest,
+    GuidanceTask,
+    run_guidance,
+)
 from baldwinlab.api.guidance.simulation import (
     count_agent_steps,
     list_arms,
     measure_runs,
-    split_batches,
 )
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import ArgumentError, RefusedError
@@ -150,8 +154,8 @@ def test_the_work_of_a_cell_has_the_reproduction(design: GuidanceDesign) -> None
 def test_batches_have_about_the_same_number_of_agents(design: GuidanceDesign) -> None:
     cells = [cell for group in design.groups for cell in list_cells(group)]
     sizes = {
-        cell.learner.population.size: [len(runs) for runs in split_batches(cell, range(50))]
-        for cell in cells
+        size: [len(runs) for runs in split_runs(range(50), size, AGENTS_PER_BATCH)]
+        for size in (cell.learner.population.size for cell in cells)
     }
     assert sizes[6] == [50]
     assert sizes[100] == [40, 10]

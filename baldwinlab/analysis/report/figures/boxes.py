@@ -5,7 +5,6 @@ A condition has a box, and a run has a point.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -22,7 +21,12 @@ from baldwinlab.analysis.figures.curves import LETTER_INCHES, draw_legend, find_
 from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, style_conditions, styled
 from baldwinlab.analysis.report.content import describe_final_medians, name_fitness, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
+from baldwinlab.analysis.report.figures.fitness import (
+    MEASURE_TITLES,
+    PANEL_HEIGHT,
+    group_by_map,
+    make_panels,
+)
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.statistics import fitness
@@ -70,8 +74,8 @@ def draw_fitness_boxes(
     Whiskers reach to the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
-    n_boxes = Counter(condition.map_name for condition in style_conditions(dataset))
-    is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
+    n_boxes = max(map(len, group_by_map(dataset).values()))
+    is_single_column = n_boxes > MAX_BOXES_OF_HALF_WIDTH
     n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
     # Space for vertical labels in inches, by map. Horizontal labels need none.
     label_heights = {
@@ -103,9 +107,10 @@ def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
 
     If all maps have the same learners and the labels are vertical, only the last map has labels.
     """
-    labels: dict[str, list[str]] = {}
-    for condition in style_conditions(dataset):
-        labels.setdefault(condition.map_name, []).append(condition.learner)
+    labels = {
+        map_name: [condition.learner for condition in conditions]
+        for map_name, conditions in group_by_map(dataset).items()
+    }
     *upper_maps, last_map = labels
     is_shared = all(labels[map_name] == labels[last_map] for map_name in upper_maps)
     if is_shared and not _fit_horizontally(labels[last_map]):
@@ -181,7 +186,8 @@ def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> st
     """Describe the p-values that `draw_fitness_boxes` draws, or return "" without any."""
     has_brackets = False
     baselines: dict[str, None] = {}
-    for names in _names_by_map(dataset):
+    for conditions in group_by_map(dataset).values():
+        names = [condition.name for condition in conditions]
         for measure in MEASURE_TITLES:
             brackets = _make_brackets(names, _select_findings(results, measure))
             is_crowded = len(brackets) > MAX_BRACKETS
@@ -193,13 +199,6 @@ def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> st
     if baselines:
         texts.append(f"The text above a box is {correction}, against {' or '.join(baselines)}.")
     return " ".join(texts)
-
-
-def _names_by_map(dataset: xr.Dataset) -> list[list[str]]:
-    names: dict[str, list[str]] = {}
-    for condition in style_conditions(dataset):
-        names.setdefault(condition.map_name, []).append(condition.name)
-    return list(names.values())
 
 
 def _find_baselines(brackets: Sequence[_Bracket]) -> set[int]:
@@ -254,7 +253,8 @@ def draw_measures_figure(report: ReportData) -> ReportFigure | None:
 def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
     """Draw one or more measures, each in a panel, with a box per condition and a point per run."""
     conditions = style_conditions(dataset)
-    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
+    conditions_by_map = group_by_map(dataset)
+    maps = list(conditions_by_map)
     learners = list(dict.fromkeys(condition.learner for condition in conditions))
     # A gap of one position separates the maps.
     positions_per_map = len(learners) + 1
@@ -268,11 +268,10 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figu
     if not has_maps:
         ticks = ([float(position) for position in positions.values()], learners)
     else:
-        positions_by_map = {
-            name: [positions[item.name] for item in conditions if item.map_name == name]
-            for name in maps
-        }
-        centers = [float(np.mean(map_positions)) for map_positions in positions_by_map.values()]
+        centers = [
+            float(np.mean([positions[condition.name] for condition in on_map]))
+            for on_map in conditions_by_map.values()
+        ]
         ticks = (centers, maps)
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.6 * len(measures)))
     panels = figure.subplots(len(measures), squeeze=False).flat

@@ -117,15 +117,8 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
 
 def _add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Add a panel. Positions and sizes are in inches."""
-    figure_width, figure_height = figure.get_size_inches()
-    return figure.add_axes(
-        (
-            left / figure_width,
-            bottom / figure_height,
-            width / figure_width,
-            height / figure_height,
-        )
-    )
+    position = np.reshape([left, bottom, width, height], (2, 2)) / figure.get_size_inches()
+    return figure.add_axes(tuple(position.ravel().tolist()))
 
 
 def compute_time_shares(trace: xr.Dataset) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -39,7 +39,7 @@ from baldwinlab.analysis.report.content import (
     tabulate_generations,
     tabulate_runs,
 )
-from baldwinlab.analysis.report.data import ReportData, list_replay_commands
+from baldwinlab.analysis.report.data import ReportData, format_replay_command
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.results.headlines import name_learners
 from baldwinlab.analysis.statistics import fitness
@@ -79,16 +79,18 @@ def draw_measures(report: ReportData, measures: Sequence[str]) -> ReportFigure:
         ),
         figure=draw_fitness_curves(data, measures, names),
         table=[row for measure in measures for row in tabulate_generations(data, measure)],
-        commands=list_replay_commands(report.lives) if "food_eaten" in data else (),
+        commands=[format_replay_command(life) for life in report.lives.values()]
+        if "food_eaten" in data
+        else (),
     )
 
 
-class Panel(NamedTuple):
-    """A panel, with the measure and the conditions to draw."""
-
-    axes: Axes
-    measure: str
-    conditions: list[PlottedCondition]
+def group_by_map(dataset: xr.Dataset) -> dict[str, list[PlottedCondition]]:
+    """Return the conditions on each map."""
+    conditions: dict[str, list[PlottedCondition]] = {}
+    for condition in style_conditions(dataset):
+        conditions.setdefault(condition.map_name, []).append(condition)
+    return conditions
 
 
 def make_panels(
@@ -96,22 +98,18 @@ def make_panels(
     dataset: xr.Dataset,
     is_single_column: bool = False,
     measures: Sequence[str] = tuple(MEASURE_TITLES),
-) -> Iterator[Panel]:
-    """Yield a panel for each map and measure, with the conditions to draw.
+) -> Iterator[tuple[Axes, str, list[PlottedCondition]]]:
+    """Yield a panel for each map and measure, with the measure and the conditions to draw.
 
     The panels of a measure get the same vertical axis, so that maps can be compared.
     """
-    conditions = style_conditions(dataset)
-    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
+    maps = group_by_map(dataset)
     columns = 1 if is_single_column else len(measures)
     grid = figure.subplots(len(maps) * len(measures) // columns, columns, squeeze=False)
     texts = describe_measures(fitness.outcome(dataset))
     # The reshaped grid is [map, measure].
     panels = grid.reshape(len(maps), -1)
-    for row, map_name in zip(panels, maps, strict=True):
-        conditions_on_map = [
-            condition for condition in conditions if condition.map_name == map_name
-        ]
+    for row, (map_name, conditions_on_map) in zip(panels, maps.items(), strict=True):
         for axes, measure in zip(row, measures, strict=True):
             measure_title = MEASURE_TITLES.get(measure, texts[measure]["title"])
             title = (
@@ -121,7 +119,7 @@ def make_panels(
             )
             axes.set_title(title)
             axes.set_ylabel(wrap_label(texts[measure]["axis"]))
-            yield Panel(axes, measure, conditions_on_map)
+            yield axes, measure, conditions_on_map
             # The caller has drawn into the panel now, so the upper limit is known.
             start_at_zero(axes)
     for column in panels.T:
@@ -148,8 +146,7 @@ def draw_fitness_curves(
     learners = {labels[condition.learner]: condition.style for condition in conditions}
     n_legend_rows = ceil(len(learners) / count_legend_columns(learners))
     legend_height = max(LEGEND_HEIGHT, LEGEND_ROW_HEIGHT * n_legend_rows)
-    n_maps = len({condition.map_name for condition in conditions})
-    figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * n_maps))
+    figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * len(group_by_map(dataset))))
     tables = {measure: fitness.MEASURES[measure](dataset) for measure in measures}
     for axes, measure, conditions_on_map in make_panels(figure, dataset, measures=measures):
         for condition in conditions_on_map:
