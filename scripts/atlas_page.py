@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.api.atlas.publish import ARTICLE_FILE, CLAIM_RESULTS_FILE
 from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
 PAGE: Final = EXPLANATION / "atlas.md"
@@ -23,7 +22,7 @@ LAWS: Final = "### Residual learning and the laws\n"
 
 def read_claims(folder: Path) -> list[dict[str, Any]]:
     """Return the results of all claims."""
-    claims: list[dict[str, Any]] = json.loads((folder / CLAIM_RESULTS_FILE).read_text("utf-8"))
+    claims: list[dict[str, Any]] = json.loads((folder / "claims.json").read_text("utf-8"))
     return claims
 
 
@@ -61,7 +60,7 @@ def make_results(folders: list[Path]) -> str:
     ]
     columns = ["claim", "kind", "registered rule, seed 0", *(f"seed {seed}" for seed in seeds)]
     estimates = [[claim["id"], claim["numbers"]] for claim in by_folder[0]]
-    article = (folders[0] / ARTICLE_FILE).read_text("utf-8")
+    article = (folders[0] / "article.md").read_text("utf-8")
     laws = article.split(LAWS)[1].split("![")[0].strip()
     runs = min(claim["runs"] for claims in by_folder for claim in claims)
     return "\n".join(

@@ -22,7 +22,7 @@ from baldwinlab.analysis.gallery.summary import (
     summarize_questions,
 )
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, OPPOSITE, YES
-from baldwinlab.api.publish.gallery import GALLERY_FILE, PAPERS_FILE, publish_gallery
+from baldwinlab.api.publish.gallery import publish_gallery
 from baldwinlab.studies.store import StudyStore
 from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
@@ -141,7 +141,7 @@ def map_verdicts(decisions: Sequence[Decision]) -> dict[tuple[SystemName, str], 
 
 def read_claims(folder: Path) -> dict[tuple[str, str], str]:
     """Return the verdicts on the claims of the papers of a gallery, by paper and claim."""
-    papers = json.loads((folder / PAPERS_FILE).read_text(encoding="utf-8"))["papers"]
+    papers = json.loads((folder / "papers.json").read_text(encoding="utf-8"))["papers"]
     return {
         (paper["paper"], claim): verdict
         for paper in papers
@@ -151,7 +151,7 @@ def read_claims(folder: Path) -> dict[tuple[str, str], str]:
 
 def publish(folder: Path) -> tuple[list[Decision], list[int]]:
     """Publish the gallery of a folder; return its decisions and the seeds of its studies."""
-    entries, decisions = publish_gallery(folder, folder / GALLERY_FILE, LAST)
+    entries, decisions = publish_gallery(folder, folder / "gallery.html", LAST)
     return decisions, [StudyStore(entry.directory).seed for entry in entries if entry.systems]
 
 

@@ -11,13 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from baldwinlab.analysis.report.tables import Table
+from baldwinlab.api.cells import CellsRequest
 from baldwinlab.api.guidance.publish import (
-    ArmTable,
     GuidanceResults,
     list_tables,
     publish_guidance,
+    read_results,
 )
-from baldwinlab.api.guidance.run import GuidanceRequest
 from scripts.pages import EXPLANATION, PICTURES, tabulate, write_results
 
 PAGE: Final = EXPLANATION / "what-guides.md"
@@ -57,17 +58,19 @@ def make_results(results: GuidanceResults) -> str:
     )
 
 
-def show_table(table: ArmTable, suffix: str = "") -> Iterator[str]:
+def show_table(table: Table, suffix: str = "") -> Iterator[str]:
     """Yield the caption and the rows of the cells whose names end with a suffix."""
     yield f"{table.caption}:"
     yield ""
-    rows = [row for row in table.rows if row[0].endswith(suffix)]
-    yield from tabulate(["cell", *table.columns], rows)
+    rows = [[name, *effects] for name, (effects,) in table.groups if name.endswith(suffix)]
+    yield from tabulate(["cell", *[*table.columns][1:]], rows)
     yield ""
 
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
-    write_results(PAGE, make_results(publish_guidance(GuidanceRequest(folder))).rstrip())
+    request = CellsRequest(folder)
+    publish_guidance(request)
+    write_results(PAGE, make_results(read_results(request)).rstrip())
     for name in FIGURES:
         shutil.copy(folder / "figures" / f"{name}.png", PICTURES / f"what-guides-{name}.png")

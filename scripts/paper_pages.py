@@ -16,8 +16,8 @@ from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.questions import LOG_RATIO
 from baldwinlab.analysis.gallery.decisions import Decision
-from baldwinlab.analysis.gallery.summary import describe_terms, format_effect
-from baldwinlab.api.publish.gallery import GALLERY_FILE, publish_gallery
+from baldwinlab.analysis.gallery.summary import format_effect
+from baldwinlab.api.publish.gallery import publish_gallery
 from baldwinlab.studies.store import StudyStore
 from scripts.gallery_page import LAST, join_numbers
 from scripts.outputs import draw_picture, read_pictures
@@ -67,7 +67,11 @@ def show_answer(decision: Decision) -> str:
         for number in (measurement.effect, measurement.low, measurement.high)
     )
     verdict = f"{measurement.label} (unstable)" if measurement.is_unstable else measurement.label
-    return "; ".join([f"{effect} [{low}, {high}], {verdict}", *describe_terms(estimate)])
+    terms = [
+        f"{name} {format_effect(float(values.median()), estimate.unit)}"
+        for name, values in estimate.terms.items()
+    ]
+    return "; ".join([f"{effect} [{low}, {high}], {verdict}", *terms])
 
 
 def explain_omitted(
@@ -99,7 +103,7 @@ def describe_traits(
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
-    entries, all_decisions = publish_gallery(folder, folder / GALLERY_FILE, LAST)
+    entries, all_decisions = publish_gallery(folder, folder / "gallery.html", LAST)
     for entry in entries:
         name = entry.paper.name
         page = papers.load(name).folder / "README.md"

@@ -7,8 +7,9 @@ cell, so that a repeated command simulates only cells that are missing, damaged 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -32,6 +33,16 @@ Identity = Mapping[str, str]
 """Attributes of a file that identify the settings of its cell."""
 
 
+@dataclass(frozen=True)
+class CellsRequest:
+    """A study of cells to run: the atlas, or what-guides."""
+
+    directory: Path
+    seed: int = 0
+    runs: int | None = None  # Number of runs of each cell. None: as in the design.
+    is_quick: bool = False  # Whether to run the short form, without verdicts.
+
+
 class StoredTask(Task, Protocol):
     """Task that returns the values of all runs of a cell as a dataset."""
 
@@ -41,6 +52,13 @@ class StoredTask(Task, Protocol):
 
     def identify(self, seed: int) -> Identity:
         """Return the attributes that identify the settings of the cell."""
+
+
+def split_runs(runs: Sequence[int], n_agents: int, limit: int) -> Iterator[Sequence[int]]:
+    """Yield groups of runs with at most `limit` agents. `n_agents`: number of agents of a run."""
+    size = max(1, limit // n_agents)
+    for first in range(0, len(runs), size):
+        yield runs[first : first + size]
 
 
 def cell_path(directory: Path, cell: str) -> Path:

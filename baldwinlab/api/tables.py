@@ -28,16 +28,18 @@ MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
 
+def _make_table(**options: Any) -> Table:
+    return Table(title_style="bold", box=SIMPLE_HEAD, **options)
+
+
 def make_contrasts_table(contrasts: Contrasts) -> Table:
     """Return the comparisons of the conditions with their verdicts, at most `MAX_COMPARISONS`."""
     n_hidden = len(contrasts.rows) - MAX_COMPARISONS
     hidden = f"{n_hidden} more comparisons, and " if n_hidden > 0 else ""
-    table = Table(
+    table = _make_table(
         title="Comparison of the conditions",
         caption=f"{contrasts.pairing} The report has {hidden}p, corrected p and A12.",
-        title_style="bold",
         caption_justify="left",
-        box=SIMPLE_HEAD,
         padding=0,
     )
     # Longer verdicts have two lines, so that names fit into 80 columns.
@@ -86,12 +88,10 @@ def make_claims_table(
         title = "Claims of the paper and our results" if are_of_paper else "Claims and our results"
     if changed_model:
         title = f"{title}, in a changed model"
-    table = Table(
+    table = _make_table(
         title=title,
         caption=changed_model,
-        title_style="bold",
         caption_style="bold",
-        box=SIMPLE_HEAD,
         padding=(0, 1, 1, 0),
     )
     table.add_column("")
@@ -134,10 +134,8 @@ def _format_result(record: dict[str, Any]) -> str:
 
 def make_variants_table(multiverse: Multiverse) -> Table:
     """Return the verdict of each claim under each variant that changes at most one choice."""
-    table = Table(
+    table = _make_table(
         title="Every variant of the paper",
-        title_style="bold",
-        box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
     # "hold": number of claims that hold. "distance": distance of the results from the paper.

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.analysis.report import content
+from baldwinlab.analysis.report.figures.shares import compute_shares
 from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_prisoners import (
     INITIAL_PAIRS,
@@ -220,7 +220,7 @@ def test_the_competitor_is_the_most_frequent_strategy_of_most_other_runs() -> No
 def test_a_report_has_the_shares_of_plasticity_and_of_the_outstanding_strategy() -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
     study = simulate_runs(experiment, 0, 2).expand_dims(condition=["meta-pavlov"])
-    shares = content.compute_shares(study, {"meta-pavlov": experiment})
+    shares = compute_shares(study, {"meta-pavlov": experiment})
     plastic = study["genome"].isel(weight=slice(4, 8)).mean(("agent", "module", "weight"))
     assert list(shares) == ["plasticity", "[x00x]"]
     assert shares["plasticity"].isel(generation=[0, 2]).values == pytest.approx(

@@ -370,7 +370,7 @@ def test_the_reason_of_a_refused_job_is_shown(
     job = {"cores": 1, "memory": "1 GB", "interface": None}
     settings = {f"jobqueue.slurm.{name}": value for name, value in job.items()}
     with (
-        dask.dask.config.set(settings),
+        dask_config.set(settings),
         pytest.raises(ExecutorError, match=f"Slurm refuses the job: .*{reason}"),
     ):
         list(simulated_steps(choose_executor("slurm", 1), study, runs=1))

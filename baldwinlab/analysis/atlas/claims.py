@@ -21,10 +21,9 @@ from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
 from baldwinlab.analysis.atlas.tables import (
     MeanInterval,
-    estimate_kendall,
+    estimate_correlation,
     estimate_mean,
     estimate_slope,
-    estimate_spearman,
     pool_cells,
 )
 from baldwinlab.analysis.results.verdicts import (
@@ -157,7 +156,7 @@ def _estimate_balance(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
         ),
         ClaimPart(
             "Spearman's correlation of cells",
-            estimate_spearman(cells["measured"].to_numpy(), cells["law"].to_numpy()),
+            estimate_correlation(cells["measured"].to_numpy(), cells["law"].to_numpy(), "spearman"),
             (bounds["correlation"], inf),
         ),
     ]
@@ -305,7 +304,9 @@ def _estimate_order(maps: Maps, bounds: Bounds) -> list[ClaimPart]:
     ratios, shares = np.array([*defined.values()]).reshape(-1, 2).T
     listed = ", ".join(f"{name} {p:.2f} and {a:.2f}" for name, (p, a) in defined.items())
     quantity = f"Kendall's tau of {len(defined)} maps (P and A: {listed})"
-    return [ClaimPart(quantity, estimate_kendall(ratios, shares), (bounds["tau"], inf))]
+    return [
+        ClaimPart(quantity, estimate_correlation(ratios, shares, "kendall"), (bounds["tau"], inf))
+    ]
 
 
 def _estimate_fixation(maps: Maps, bounds: Bounds) -> list[ClaimPart]:

@@ -30,7 +30,10 @@ from baldwinlab.analysis.statistics.bootstrap import CONFIDENCE_LEVEL
 
 Floats = npt.NDArray[np.float64]
 RESIDUAL: Final = "residual"
-COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "runs", "law")
+CORRELATIONS: Final[Mapping[str, tuple[Any, float, int]]] = {
+    "spearman": (stats.spearmanr, 1.06, 3),
+    "kendall": (stats.kendalltau, 0.437, 4),
+}
 
 
 class MeanInterval(NamedTuple):
@@ -99,26 +102,20 @@ def pool_cells(values: xr.DataArray) -> MeanInterval:
     return MeanInterval(mean, mean - half, mean + half, n_runs)
 
 
-def estimate_spearman(x: Floats, y: Floats) -> MeanInterval:
-    """Return Spearman's rank correlation of cells, with its interval."""
-    return _transform(float(stats.spearmanr(x, y).statistic), 1.06, x.size - 3)
+def estimate_correlation(x: Floats, y: Floats, method: str) -> MeanInterval:
+    """Return Spearman's rank correlation, or Kendall's tau, of cells, with its interval.
 
-
-def estimate_kendall(x: Floats, y: Floats) -> MeanInterval:
-    """Return Kendall's tau of cells, with its interval."""
-    return _transform(float(stats.kendalltau(x, y).statistic), 0.437, x.size - 4)
-
-
-def _transform(correlation: float, variance: float, size: int) -> MeanInterval:
-    """Return the interval by Fisher's transformation, whose variance is `variance` / `size`."""
+    Fisher's transformation has the variance 1.06 / (n - 3) for Spearman, 0.437 / (n - 4) for tau.
+    """
+    correlate, variance, lost = CORRELATIONS[method]
+    correlation, size = float(correlate(x, y).statistic), x.size - lost
     if size < 1:
         return MeanInterval(correlation, np.nan, np.nan, 1)
     # A correlation of 1 has no transformation.
     center = np.arctanh(np.clip(correlation, -1 + 1e-12, 1 - 1e-12))
     half = stats.norm.ppf((1 + CONFIDENCE_LEVEL) / 2) * np.sqrt(variance / size)
-    return MeanInterval(
-        correlation, float(np.tanh(center - half)), float(np.tanh(center + half)), 1
-    )
+    low, high = np.tanh([center - half, center + half]).tolist()
+    return MeanInterval(correlation, low, high, 1)
 
 
 def is_equivalent(differences: xr.DataArray | Floats, bound: float) -> bool:
@@ -164,7 +161,7 @@ def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
-    """Return a row per cell and outcome with `COLUMNS`: the mean over runs with its 95 % interval.
+    """Return a row per cell and outcome: the mean over runs with its 95 % interval.
 
     With a law, a further outcome "residual" is the measured quantity that the law predicts. The
     prediction is in the column "law".

@@ -19,13 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.estimands.questions import (
-    ESTIMANDS,
-    LOG_RATIO,
-    QUESTIONS,
-    Estimate,
-    Measurability,
-)
+from baldwinlab.analysis.estimands import ESTIMANDS, QUESTIONS
+from baldwinlab.analysis.estimands.questions import LOG_RATIO, Measurability
 from baldwinlab.analysis.figures.charts import EstimateStyle, draw_estimates
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
 from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement, SystemName
@@ -143,8 +138,8 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
     classes = "; ".join(f"{name}, {counts[name]}" for name in CLASSES if counts[name])
     yield (
         f"The table has {format_count(len(systems), 'system')} of "
-        f"{format_count(len(papers), 'paper')} and "
-        f"{format_count(len(decisions), 'question')}: {classes}."
+        f"{format_count(len(papers), 'paper')} and {format_count(len(decisions), 'question')}: "
+        f"{classes}."
     )
     for summary in summarize_questions(decisions):
         yield _conclude_question(summary)
@@ -232,11 +227,13 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
         unit = f", {estimate.unit}" if _needs_unit(estimate.unit) else ""
         interval = f"[{show(measurement.low)}, {show(measurement.high)}]"
         size = f"{show(hurdle.size)} in these" if hurdle.is_bimodal else ""
+        # The median of each term, such as "learner +52 %".
+        terms = [f"{name} {show(float(term.median()))}" for name, term in estimate.terms.items()]
         rows.append(
             [
                 add_detail(": ".join(decision.system), f"{estimate.trait}{unit}"),
                 show_verdict(measurement),
-                add_detail(show(measurement.effect), interval, *describe_terms(estimate)),
+                add_detail(show(measurement.effect), interval, *terms),
                 f"±{show(estimate.equivalence_bound).removeprefix('+')}",
                 f"{measurement.q:.2g}",
                 f"{measurement.stability:.2f}",
@@ -255,14 +252,6 @@ def tabulate_measurements(summary: QuestionSummary) -> Table:
     return table._replace(columns=columns, style="numbers claims")
 
 
-def describe_terms(estimate: Estimate) -> list[str]:
-    """Return the median of each term, such as "learner +52 %"."""
-    return [
-        f"{name} {format_effect(float(values.median()), estimate.unit)}"
-        for name, values in estimate.terms.items()
-    ]
-
-
 @styled
 def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSummary]) -> Figure:
     """Draw the effect sizes of all systems with their intervals, and the mean of the papers."""
@@ -274,24 +263,17 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     )
     panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
     for axes, summary in zip(panels, summaries, strict=True):
-        title = textwrap.fill(summary.title, TITLE_LETTERS)
-        axes.set_title(title)
-        unit = textwrap.fill(summary.unit, TITLE_LETTERS)
-        axes.set_xlabel(unit if _needs_unit(summary.unit) else "")
-        if summary.unit == LOG_RATIO:
-            axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
-            axes.locator_params(axis="x", nbins=4)
-        axes.axvline(0, color=DARK_GRAY, lw=0.8)
-        for decision, measurement in summary.measurements:
-            _draw_measurement(axes, rows[decision.system], decision, measurement)
-        if summary.mean:
-            _draw_mean(axes, mean_row, summary.mean)
+        _draw_question(axes, summary, rows, mean_row)
     ticks = [*rows.values(), mean_row]
     panels[0].set_yticks(ticks, [*(system.condition for system in rows), MEAN_LABEL])
     for paper, row in headings.items():
         _draw_heading(panels[0], paper, row)
     panels[0].set_ylim(mean_row + 0.8, -0.8)  # The first row is at the top.
-    figure.legend(handles=_make_legend_handles(), loc="outside lower center", ncols=3)
+    mean = f"{MEAN_LABEL}: 95 % interval, prediction interval"
+    styles: dict[str, EstimateStyle] = {**VERDICT_STYLES, mean: MEAN_STYLE}
+    lines = [Line2D([], [], **style.marks, label=label) for label, style in styles.items()]
+    handles = [*lines, Patch(color=PALE, label="within the equivalence bound")]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -320,24 +302,24 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_measurement(axes: Axes, row: int, decision: Decision, measurement: Measurement) -> None:
-    """Draw a system: its equivalence bounds, its interval and its effect."""
-    bound = decision.estimate.equivalence_bound
-    axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
-    numbers = (measurement.effect, measurement.low, measurement.high)
-    draw_estimates(axes, row, numbers, VERDICT_STYLES[measurement.verdict], is_horizontal=True)
-
-
-def _draw_mean(axes: Axes, row: float, mean: RandomEffects) -> None:
-    """Draw the mean of the papers: prediction interval, interval and mean."""
-    prediction = [mean.prediction_low, mean.prediction_high]
-    axes.plot(prediction, [row, row], color=BLACK, lw=0.8)
-    numbers = (mean.mean, mean.low, mean.high)
-    draw_estimates(axes, row, numbers, MEAN_STYLE, is_horizontal=True)
-
-
-def _make_legend_handles() -> list[Line2D | Patch]:
-    mean = f"{MEAN_LABEL}: 95 % interval, prediction interval"
-    styles: dict[str, EstimateStyle] = {**VERDICT_STYLES, mean: MEAN_STYLE}
-    lines = [Line2D([], [], **style.marks, label=label) for label, style in styles.items()]
-    return [*lines, Patch(color=PALE, label="within the equivalence bound")]
+def _draw_question(
+    axes: Axes, summary: QuestionSummary, rows: Mapping[SystemName, int], mean_row: float
+) -> None:
+    """Draw each system with its equivalence bounds, and the mean of the papers."""
+    axes.set_title(textwrap.fill(summary.title, TITLE_LETTERS))
+    axes.set_xlabel(textwrap.fill(summary.unit, TITLE_LETTERS) if _needs_unit(summary.unit) else "")
+    if summary.unit == LOG_RATIO:
+        axes.xaxis.set_major_formatter(lambda value, _: format_effect(value, LOG_RATIO))
+        axes.locator_params(axis="x", nbins=4)
+    axes.axvline(0, color=DARK_GRAY, lw=0.8)
+    for decision, measurement in summary.measurements:
+        row = rows[decision.system]
+        bound = decision.estimate.equivalence_bound
+        axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
+        numbers = (measurement.effect, measurement.low, measurement.high)
+        draw_estimates(axes, row, numbers, VERDICT_STYLES[measurement.verdict], is_horizontal=True)
+    if mean := summary.mean:
+        prediction = [mean.prediction_low, mean.prediction_high]
+        axes.plot(prediction, [mean_row, mean_row], color=BLACK, lw=0.8)
+        numbers = (mean.mean, mean.low, mean.high)
+        draw_estimates(axes, mean_row, numbers, MEAN_STYLE, is_horizontal=True)

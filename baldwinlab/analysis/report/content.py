@@ -11,14 +11,12 @@ import xarray as xr
 from baldwinlab.analysis.claim_results import ClaimResult, Finding, rank_weakness
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.results.numbers import format_number
-from baldwinlab.analysis.results.verdicts import HOLDS, VERDICTS, Verdict
+from baldwinlab.analysis.results.verdicts import VERDICTS, Verdict
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.analysis.statistics.intervals import interval_of_median, tabulate_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import Factors, title_map
 from baldwinlab.experiment.outcome import capitalize, name_outcome_of
-from baldwinlab.experiment.species import ACROSS
 from baldwinlab.papers.claims import EXPLORATORY, KINDS
 
 # Singular and plural of each verdict, in the order of `VERDICTS`.
@@ -45,66 +43,16 @@ def select_foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Exper
     }
 
 
-def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
-    """Return the fractions that the models define, such as the fraction of each allele.
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent). Each variable of the
-    result has the dimensions (condition, run, generation) and its meaning as `long_name`. The
-    result is empty unless the models of all conditions are loaded and define the same fractions.
-    """
-    shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
-    meanings = [{name: share.meaning for name, share in entry.items()} for entry in shares]
-    is_model_missing = len(shares) < len(conditions)
-    if is_model_missing or any(meaning != meanings[0] for meaning in meanings):
-        return xr.Dataset()
-    return xr.Dataset(
-        {
-            name: share.of(data).assign_attrs(long_name=share.meaning, valid_max=1.0)
-            for name, share in shares[0].items()
-        }
-    )
-
-
-def compute_species_composition(
-    data: xr.Dataset, conditions: Mapping[str, BaseExperiment]
-) -> xr.Dataset:
-    """Return the fraction of each species in each generation, if the species compete.
-
-    `data`: the runs, with the dimensions (condition, run, generation, agent). The result has a
-    variable for each species, such as "species prey", with the dimensions (condition, run,
-    generation). Conditions without the species have NaN. Empty if no species compete.
-    """
-    compositions = []
-    for name, experiment in conditions.items():
-        if experiment.population.species and experiment.evolution.compete == ACROSS:
-            species_names = [species.name for species in experiment.population.species]
-            curves = compute_species_curves(
-                data.sel(condition=[name]), species_names, ["composition"]
-            )
-            # The prefix is needed, because a species can have the name of a coordinate.
-            shares = {
-                f"species {species}": share.assign_attrs(
-                    long_name=f"share of agents of the species {species}", valid_max=1.0
-                )
-                for species, share in curves["composition"].items()
-            }
-            compositions.append(xr.Dataset(shares))
-    if not compositions:
-        return xr.Dataset()
-    # The first condition with a species determines the attributes.
-    return xr.concat(compositions, "condition", join="outer", combine_attrs="override")
-
-
 def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:
     """Return the variable that counts evaluations in all conditions, such as "used", or ""."""
-    evaluation_variables = [model.clock for model in _iterate_loaded_models(conditions)]
+    evaluation_variables = [model.clock for model in iterate_loaded_models(conditions)]
     # A condition whose model is not loaded has no variable.
     are_all_loaded = len(evaluation_variables) == len(conditions)
     is_shared = len(set(evaluation_variables)) == 1
     return evaluation_variables[0] if are_all_loaded and is_shared else ""
 
 
-def _iterate_loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
+def iterate_loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
     """Yield the loaded models other than MiniWorld. A report does not require loaded models."""
     models = (experiment.loaded_model for experiment in conditions.values())
     return (model for model in models if model is not None)
@@ -189,14 +137,6 @@ def find_weakest_findings(result: ClaimResult) -> list[Finding]:
     return [max(findings, key=rank_weakness) for findings in findings_by_rule.values()]
 
 
-def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
-    """Return the evaluated claims that do not hold or are undecided, or whose effect differs."""
-    evaluated = [result for result in results if result.findings]
-    return [
-        result for result in evaluated if result.verdict != HOLDS or not result.agrees_with_paper
-    ]
-
-
 def format_timing(provenance: Mapping[str, Any]) -> str:
     """Return the run time of the study, the number of workers and the compile time, if known."""
     parts = []
@@ -242,19 +182,6 @@ def tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
     finals = {measure: fitness.final(data, measure, last) for measure in ("best", "mean")}
     table = xr.Dataset(finals).reset_coords(drop=True).to_dataframe()
     return [*table.dropna(how="all").reset_index().to_dict("records")]
-
-
-def tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
-    """Return means over runs: one row per variable (column `share`), condition and generation."""
-    generations = shares["generation"].values
-    rows = []
-    for name, share in shares.items():
-        for condition, values in share.mean("run").groupby("condition"):
-            # `values` is [condition, generation] with one condition.
-            for generation, value in zip(generations, values.values.ravel(), strict=True):
-                row = {"condition": str(condition), "share": str(name)}
-                rows.append(row | {"generation": int(generation), "mean": float(value)})
-    return rows
 
 
 def describe_final_medians(data: xr.Dataset, last: int) -> str:

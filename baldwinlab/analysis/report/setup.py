@@ -228,8 +228,11 @@ def format_value(value: Any) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def describe_changed_settings(report: ReportData, paper: Paper) -> list[str]:
-    """Return a sentence for each difference between the study and the paper."""
+def describe_changed_settings(report: ReportData) -> list[str]:
+    """Return a sentence for each difference between the study and the paper, if any."""
+    paper = report.paper
+    if paper is None:
+        return []
     declared = paper.study_names()
     variants = [
         report.variants[name] for name in select_foragers(report.experiments) if name in declared

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.report import content, setup, tables
-from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.data import (
-    Link,
     ReportData,
     StoredLife,
     format_replay_command,
@@ -30,6 +28,7 @@ from baldwinlab.analysis.report.tables import name_measures
 from baldwinlab.analysis.results.contrasts import Contrast
 from baldwinlab.analysis.results.headlines import describe_statistic, summarize_contrasts
 from baldwinlab.analysis.results.numbers import format_number, format_numbers
+from baldwinlab.analysis.results.verdicts import HOLDS
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
@@ -40,24 +39,15 @@ from baldwinlab.papers import Paper
 MAX_NAMED_AUTHORS = 2
 
 
-class Headline(NamedTuple):
-    """The first screen of a report."""
+def compose_headline(report: ReportData) -> dict[str, Any]:
+    """Return the first screen of a report: the question, and its answer in at most two sentences.
 
-    question: str
-    # At most two sentences.
-    answer: Sequence[str]
-    # What the numbers of the answer are, or "" without a comparison.
-    statistic: str
-    # Link to the compared lifetimes, and commands that write these lifetimes as movies.
-    watch: Link | None
-    commands: Sequence[str]
-
-
-def compose_headline(report: ReportData) -> Headline:
-    """Return the first screen of a report."""
+    `statistic`: what the numbers of the answer are, or "" without a comparison. `watch`: link to
+    the compared lifetimes. `commands`: they write these lifetimes as movies.
+    """
     contrast = report.contrasts.rows[0] if report.contrasts and report.contrasts.rows else None
     lives = _select_lives(report, contrast)
-    verdicts = describe_verdicts(report.results) if _has_findings(report) else ""
+    verdicts = content.describe_verdicts(report.results) if _has_findings(report) else ""
     answer = [f"{verdicts}."] if verdicts else []
     if contrast:
         assert report.contrasts
@@ -66,13 +56,13 @@ def compose_headline(report: ReportData) -> Headline:
         answer += _describe_conditions(report)
         # The reason why conditions in different worlds are not compared.
         answer += [report.contrasts.pairing] if report.contrasts else []
-    return Headline(
-        question=_compose_question(report),
-        answer=answer,
-        statistic=describe_statistic(report.contrasts) if report.contrasts else "",
-        watch=make_link(lives) if lives else None,
-        commands=[format_replay_command(life) for life in lives],
-    )
+    return {
+        "question": _compose_question(report),
+        "answer": answer,
+        "statistic": describe_statistic(report.contrasts) if report.contrasts else "",
+        "watch": make_link(lives) if lives else None,
+        "commands": [format_replay_command(life) for life in lives],
+    }
 
 
 def _has_findings(report: ReportData) -> bool:
@@ -137,16 +127,14 @@ def draw_report(report: ReportData) -> dict[str, Any]:
             report.data, report.experiments, report.provenance, report.variants
         ),
         "figures": drawn,
-        # The first figure of a result, or "".
+        # The figure on the first screen is the first figure of a result.
         "main_figure": next((entry["name"] for entry in drawn if not entry["is_setup"]), ""),
         "headline": compose_headline(report),
         "setup_note": setup.abridge_setup(report.data, report.experiments),
         "comparison_note": summarize_contrasts(contrasts)[0] if contrasts else "",
         "condition_links": link_conditions(report.lives),
         "last": report.last,
-        "changed_settings": setup.describe_changed_settings(report, report.paper)
-        if report.paper
-        else [],
+        "changed_settings": setup.describe_changed_settings(report),
         "summary_table": _tabulate_summary(report),
         "experiments": content.read_experiment_texts(report.data),
         "provenance": report.provenance,
@@ -172,7 +160,12 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
     """Return the values of ``report.html`` that depend on the claims."""
     results: Sequence[ClaimResult] = report.results
     findings = [finding for result in results for finding in result.findings]
-    differing = content.select_differing_claims(results)
+    # The evaluated claims that do not hold or are undecided, or whose effect differs.
+    differing = [
+        result
+        for result in results
+        if result.findings and not (result.verdict == HOLDS and result.agrees_with_paper)
+    ]
     return {
         "results": results,
         "too_few": describe_claims_too_few(results, report.instruction),

@@ -206,14 +206,9 @@ def describe_comparison(finding: Finding) -> str:
         aggregate = f", {finding.rule.statistic} over runs" if is_number else ""
         return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
     median_a, median_b = format_medians(finding.numbers)
-    method = _describe_method(finding)
+    method = "; medians" if comparison.rule == "survives_longer" else ""
+    method = "; paired runs" if comparison.paired else method
     return f"{comparison.a} {median_a}, {comparison.reference} {median_b} ({measure}{method})"
-
-
-def _describe_method(finding: Finding) -> str:
-    if finding.comparison.paired:
-        return "; paired runs"
-    return "; medians" if finding.comparison.rule == "survives_longer" else ""
 
 
 def describe_finding(finding: Finding) -> str:

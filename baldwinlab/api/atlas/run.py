@@ -16,7 +16,14 @@ import numpy as np
 import tomlkit
 
 from baldwinlab.analysis.atlas.outcomes import CellData, reduce_cell
-from baldwinlab.api.cells import cell_path, freeze_design, read_cell, simulate_cells
+from baldwinlab.api.cells import (
+    CellsRequest,
+    cell_path,
+    freeze_design,
+    read_cell,
+    simulate_cells,
+    split_runs,
+)
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.api.run_study import RemainingTime
 from baldwinlab.core.deferred import xr
@@ -32,7 +39,7 @@ from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.papers.atlas_design import AtlasDesign, AtlasMap, Size, digest_atlas, read_atlas
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays import LIFE_KINDS, Sample, assimilation, innate
+from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate, neutral
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
@@ -70,7 +77,7 @@ class CellTask(NamedTuple):
     def agent_steps(self) -> int:
         """Number of agent-steps of the runs, of their controls and of the measurements."""
         # The few lifetimes with drift are not counted.
-        lives_per_generation = len(LIFE_KINDS) - 1 + len(assimilation.HISTORIES)
+        lives_per_generation = len(LIFE_KINDS) - 1 + len(neutral.HISTORIES)
         lives = (
             2 * self.experiment.evolution.generations  # With and without learning.
             + lives_per_generation * len(choose_generations(self.experiment))
@@ -91,9 +98,11 @@ class CellTask(NamedTuple):
             n_left -= n_reported
             report_progress(n_reported)
 
+        # Groups of runs whose records fit into the memory.
+        n_agents = self.experiment.population.size * self.experiment.evolution.generations
+        groups = split_runs(self.runs, n_agents, MAX_RECORDED_AGENTS)
         parts = [
-            measure_runs(self.experiment, seed, runs, directory, report_limited)
-            for runs in _split_runs(self.experiment, self.runs)
+            measure_runs(self.experiment, seed, runs, directory, report_limited) for runs in groups
         ]
         report_limited(n_left)  # Report the rest, if the simulations had fewer agent-steps.
         return xr.concat(parts, "run", combine_attrs="override")
@@ -108,14 +117,6 @@ def choose_generations(experiment: BaseExperiment) -> list[int]:
 def _interval(experiment: BaseExperiment) -> int:
     """Return the number of generations between two measurements, rounded up."""
     return max(1, -(-(experiment.evolution.generations - 1) // N_INTERVALS))
-
-
-def _split_runs(experiment: BaseExperiment, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield groups of runs whose records fit into the memory."""
-    agents_of_run = experiment.population.size * experiment.evolution.generations
-    size = max(1, MAX_RECORDED_AGENTS // agents_of_run)
-    for start in range(0, len(runs), size):
-        yield runs[start : start + size]
 
 
 def measure_runs(
@@ -142,10 +143,10 @@ def measure_runs(
     )
     distances = _label(
         "assimilation",
-        assimilation.measure_generations(learners, generations),
+        neutral.measure_distances(learners, generations),
         run=list(runs),
         generation=generations,
-        history=list(assimilation.HISTORIES),
+        history=list(neutral.HISTORIES),
     )
     forked = _label(
         "fork",
@@ -176,25 +177,16 @@ def _label(assay: str, arrays: Mapping[str, Any], **coordinates: Sequence[Any]) 
     return data.assign_coords({name: np.asarray(labels) for name, labels in coordinates.items()})
 
 
-@dataclass(frozen=True)
-class AtlasRequest:
-    """An atlas to run."""
-
-    directory: Path  # Folder of the studies.
-    seed: int = 0
-    runs: int | None = None  # Number of runs of each cell; None for the number in the design.
-    is_quick: bool = False  # Whether to run the short form.
-
-    def choose_size(self, design: AtlasDesign) -> Size:
-        """Return the numbers of all runs and of exploratory runs of a cell."""
-        size = design.quick if self.is_quick else design.full
-        if self.runs is None:
-            return size
-        require_whole_number("runs", self.runs)
-        if self.runs <= size.exploration_runs:
-            allowed = f"must be more than the {size.exploration_runs} exploratory runs"
-            raise ArgumentError("runs", self.runs, allowed)
-        return size.model_copy(update={"runs": self.runs})
+def choose_size(request: CellsRequest, design: AtlasDesign) -> Size:
+    """Return the numbers of all runs and of exploratory runs of a cell."""
+    size = design.quick if request.is_quick else design.full
+    if request.runs is None:
+        return size
+    require_whole_number("runs", request.runs)
+    if request.runs <= size.exploration_runs:
+        allowed = f"must be more than the {size.exploration_runs} exploratory runs"
+        raise ArgumentError("runs", request.runs, allowed)
+    return size.model_copy(update={"runs": request.runs})
 
 
 @dataclass(frozen=True)
@@ -207,49 +199,40 @@ class PlannedMap:
     directory: Path
     runs: tuple[int, ...]
 
-    def path(self, cell: str) -> Path:
-        """Return the file of the values of a cell."""
-        return cell_path(self.directory, cell)
-
-    def find_missing(self, seed: int) -> list[CellTask]:
-        """Return the tasks of the cells whose values are not stored."""
-        return [
-            CellTask(cell, self.runs) for cell in self.cells if self.read_cell(cell, seed) is None
-        ]
-
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
         """Return the values of a cell, or None if missing, damaged or of other settings."""
-        return read_cell(self.path(cell.name), CellTask(cell, self.runs).identify(seed), self.runs)
+        path = cell_path(self.directory, cell.name)
+        return read_cell(path, CellTask(cell, self.runs).identify(seed), self.runs)
 
 
-def run_atlas(request: AtlasRequest, options: AssayOptions) -> list[PlannedMap]:
+def run_atlas(request: CellsRequest, options: AssayOptions) -> None:
     """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
     options.make_executor()  # Refuses an invalid executor before a file is written.
     design = read_atlas()
     maps = list(plan_maps(request, design))
     with remove_if_refused(request.directory):
-        return _run_maps(request, options, design, maps)
+        studies = [_open_map(planned, request.seed) for planned in maps]
+        freeze_design(request.directory, digest_atlas(design))
+        missing = [
+            [
+                CellTask(cell, planned.runs)
+                for cell in planned.cells
+                if planned.read_cell(cell, request.seed) is None
+            ]
+            for planned in maps
+        ]
+        # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
+        clock = RemainingTime(list(map(len, missing)), "cells")
+        for planned, study, tasks in zip(maps, studies, missing, strict=True):
+            clock.announce(planned.atlas_map.title)
+            if tasks:
+                simulate_cells(study, tasks, len(planned.cells), options)
 
 
-def _run_maps(
-    request: AtlasRequest, options: AssayOptions, design: AtlasDesign, maps: list[PlannedMap]
-) -> list[PlannedMap]:
-    studies = [_open_map(planned, request.seed) for planned in maps]
-    freeze_design(request.directory, digest_atlas(design))
-    missing = [planned.find_missing(request.seed) for planned in maps]
-    # The unit is cells, because an agent-step takes up to 1000 times as long in some models.
-    clock = RemainingTime(list(map(len, missing)), "cells")
-    for planned, study, tasks in zip(maps, studies, missing, strict=True):
-        clock.announce(planned.atlas_map.title)
-        if tasks:
-            simulate_cells(study, tasks, len(planned.cells), options)
-    return maps
-
-
-def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
+def plan_maps(request: CellsRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
     """Yield the maps of the design with the experiments of the cells."""
-    size = request.choose_size(design)
+    size = choose_size(request, design)
     for atlas_map in design.maps:
         sweep = read_sweep(atlas_map.sweep_file)
         if request.is_quick:
@@ -280,7 +263,8 @@ def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
         data = planned.read_cell(cell, seed)
         if data is None:
             raise RefusedError(
-                f"{planned.path(cell.name)} is missing; `baldwinlab reproduce atlas` simulates it"
+                f"{cell_path(planned.directory, cell.name)} is missing; `baldwinlab reproduce "
+                "atlas` simulates it"
             )
         cells[cell.name] = data
     return cells

@@ -16,42 +16,29 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult
 from baldwinlab.analysis.atlas.tables import estimate_mean
-from baldwinlab.analysis.guidance.effects import CONTROL, LEARNING
 from baldwinlab.analysis.guidance.figures import draw_chain, draw_effects, draw_models
 from baldwinlab.analysis.guidance.predictions import (
     CHAIN,
+    CONTROL,
     LARGE,
+    LEARNING,
     NK,
     add_effects,
     evaluate_predictions,
 )
-from baldwinlab.analysis.report.sections import (
-    ReportFigure,
-    Section,
-    render,
-    save_and_inline,
-    write_page,
-)
-from baldwinlab.analysis.report.tables import tabulate
-from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
-from baldwinlab.api.cells import read_digests
-from baldwinlab.api.guidance.run import GuidanceRequest, read_groups, require_same_design
+from baldwinlab.analysis.report.sections import ReportFigure, Section, render, save_and_inline
+from baldwinlab.analysis.report.tables import Table, tabulate
+from baldwinlab.analysis.results.numbers import replace_undefined
+from baldwinlab.api.cells import CellsRequest, read_digests
+from baldwinlab.api.guidance.run import choose_design, read_groups, require_same_design
 from baldwinlab.api.publish.registered_claims import (
     describe_claims,
-    record_claim,
-    tabulate_claims,
+    publish_results,
+    render_claims,
 )
-from baldwinlab.core import console
-from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.guidance_design import DESIGN_FILE, GuidanceDesign, GuidanceGroup
 
 PAGE_FILE: Final = "what-guides.html"
-TABLE_FILE: Final = "what-guides.csv"
-PREDICTIONS_FILE: Final = "claims.json"
-ARTICLE_FILE: Final = "article.md"
-COLUMNS: Final = (
-    *("group", "cell", "arm", "start", "horizon", "mean", "low", "high", "runs", "predicted"),
-)
 # Common generations of the tables, as in the fork assay of the other models.
 NK_HORIZON: Final = 100
 MODEL_HORIZON: Final = 20
@@ -99,10 +86,10 @@ class GuidanceResults:
         ]
 
 
-def read_results(request: GuidanceRequest) -> GuidanceResults:
+def read_results(request: CellsRequest) -> GuidanceResults:
     """Return the results of a finished study."""
     require_same_design(request.directory)
-    design = request.choose_design()
+    design = choose_design(request)
     cells = read_groups(request, design)
     groups = {
         group.name: add_effects(cells[group.name], is_relative=group.is_relative)
@@ -113,26 +100,22 @@ def read_results(request: GuidanceRequest) -> GuidanceResults:
     return GuidanceResults(design, groups, predictions, digest, request.seed)
 
 
-def publish_guidance(request: GuidanceRequest) -> GuidanceResults:
+def publish_guidance(request: CellsRequest) -> None:
     """Write the page, the figures, the table, the verdicts and the article."""
-    folder = request.directory
     results = read_results(request)
-    rows = [row for name, cells in results.groups.items() for row in list_rows(name, cells)]
-    write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
-    if results.predictions:
-        records = [record_claim(result) for result in results.predictions]
-        write_json(folder / PREDICTIONS_FILE, records)
-    console.info("drawing the figures")
-    sections = [*_list_sections(results, folder / "figures")]
-    page = folder / PAGE_FILE
-    write_page(results.design.title, results.summary, sections, page, folder / "figures")
-    write_atomically(folder / ARTICLE_FILE, render_article(results).encode())
-    console.info(f"{page}", has_address=True)
-    return results
+    publish_results(
+        request.directory / PAGE_FILE,
+        results.design.title,
+        results.summary,
+        [row for name, cells in results.groups.items() for row in list_rows(name, cells)],
+        results.predictions,
+        render_article(results),
+        _list_sections(results, request.directory / "figures"),
+    )
 
 
 def list_rows(name: str, cells: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield a row of `COLUMNS` per cell, arm, start and horizon: the mean with its interval."""
+    """Yield a row per cell, arm, start and horizon: the mean with its interval."""
     effects = cells["effect"].drop_sel(arm=CONTROL)
     labels = ("cell", "arm", "start", "horizon")
     for values in product(*(effects[label].values.tolist() for label in labels)):
@@ -152,19 +135,12 @@ def _list_sections(results: GuidanceResults, figures: Path) -> Iterator[Section]
             "guidance/section.html",
             descriptions=[results.find_group(name).description for name in part.names],
             figure=save_and_inline(figure, figures),
-            tables=[
-                tabulate(table.caption, ["Cell"], table.columns, table.rows)._replace(
-                    caption=table.caption
-                )
-                for table in list_tables(results, part)
-            ],
+            tables=list_tables(results, part),
         )
         yield Section(figure.name, part.title, body)
     if results.predictions:
-        claims = tabulate_claims("Predictions", results.predictions)
-        body = render(
-            "atlas/claims.html", claims=claims, claims_file=DESIGN_FILE, digest=results.digest
-        )
+        files = {"claims_file": DESIGN_FILE, "digest": results.digest}
+        body = render_claims("Predictions", results.predictions, **files)
         yield Section("predictions", "Predictions", body)
 
 
@@ -203,18 +179,11 @@ def _draw_parts(results: GuidanceResults) -> list[ReportFigure]:
     ]
 
 
-class ArmTable(NamedTuple):
-    """Effects of cells with the same arms. A row has the name of a cell, and the effects."""
-
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-
-def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
+def list_tables(results: GuidanceResults, part: ReportPart) -> list[Table]:
     """Return a table per start of the common generations, with the arms of any of the groups."""
     cells_of_groups = [results.groups[name] for name in part.names]
-    arms = list(dict.fromkeys(arm for cells in cells_of_groups for arm in _name_arms(cells)))
+    arms = dict.fromkeys(arm for cells in cells_of_groups for arm in cells["arm"].values.tolist())
+    del arms[CONTROL]
     tables = []
     for start, words in STARTS.items():
         rows = [
@@ -225,13 +194,8 @@ def list_tables(results: GuidanceResults, part: ReportPart) -> list[ArmTable]:
         ]
         if rows:
             caption = f"{part.title}, {part.horizon} common generations from {words}"
-            tables.append(ArmTable(caption, arms, rows))
+            tables.append(tabulate(caption, ["Cell"], arms, rows)._replace(caption=caption))
     return tables
-
-
-def _name_arms(cells: xr.Dataset) -> list[str]:
-    arms: list[str] = cells["arm"].values.tolist()
-    return [arm for arm in arms if arm != CONTROL]
 
 
 def _format_effect(cells: xr.Dataset, name: str, arm: str, start: str, horizon: int) -> str:

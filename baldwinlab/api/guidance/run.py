@@ -7,24 +7,20 @@ DIR/frozen.json     SHA-256 of the design at the first start
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from baldwinlab.api.cells import (
+    CellsRequest,
     cell_path,
     freeze_design,
     read_cell,
     read_digests,
     simulate_cells,
+    split_runs,
 )
-from baldwinlab.api.guidance.simulation import (
-    count_agent_steps,
-    list_arms,
-    measure_runs,
-    split_batches,
-)
+from baldwinlab.api.guidance.simulation import count_agent_steps, list_arms, measure_runs
 from baldwinlab.api.run_options import AssayOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
@@ -41,6 +37,9 @@ from baldwinlab.papers.guidance_design import (
     read_guidance,
 )
 from baldwinlab.studies.creation import create_study, remove_if_refused
+
+# Number of agents of all runs of a batch. Larger batches save little time, and need more memory.
+AGENTS_PER_BATCH: Final = 4000
 
 
 class GuidanceTask(NamedTuple):
@@ -81,30 +80,21 @@ class GuidanceTask(NamedTuple):
         """Return the values of all runs, from `measure_runs`."""
         parts = [
             measure_runs(self.cell, seed, runs, report_progress)
-            for runs in split_batches(self.cell, self.runs)
+            for runs in split_runs(self.runs, self.cell.learner.population.size, AGENTS_PER_BATCH)
         ]
         return xr.concat(parts, "run")
 
 
-@dataclass(frozen=True)
-class GuidanceRequest:
-    """A study to run."""
-
-    directory: Path
-    seed: int = 0
-    runs: int | None = None  # Number of runs of each cell. None: as in the design.
-    is_quick: bool = False  # Whether to run the short form, without verdicts.
-
-    def choose_design(self) -> GuidanceDesign:
-        """Return the design, with its cells and runs changed as requested."""
-        design = read_guidance()
-        design = design.shorten() if self.is_quick else design
-        if self.runs is None:
-            return design
-        require_whole_number("runs", self.runs)
-        if self.runs < 2:
-            raise ArgumentError("runs", self.runs, "must be at least 2")
-        return design.with_runs(self.runs)
+def choose_design(request: CellsRequest) -> GuidanceDesign:
+    """Return the design, with its cells and runs changed as requested."""
+    design = read_guidance()
+    design = design.shorten() if request.is_quick else design
+    if request.runs is None:
+        return design
+    require_whole_number("runs", request.runs)
+    if request.runs < 2:
+        raise ArgumentError("runs", request.runs, "must be at least 2")
+    return design.with_runs(request.runs)
 
 
 def plan_tasks(design: GuidanceDesign) -> list[GuidanceTask]:
@@ -116,11 +106,11 @@ def plan_tasks(design: GuidanceDesign) -> list[GuidanceTask]:
     ]
 
 
-def run_guidance(request: GuidanceRequest, options: AssayOptions) -> None:
+def run_guidance(request: CellsRequest, options: AssayOptions) -> None:
     """Run the missing cells. A repeated call continues, if the design is the same."""
     require_whole_number("seed", request.seed)
     options.make_executor()  # Refuses an invalid executor before a file is written.
-    tasks = plan_tasks(request.choose_design())
+    tasks = plan_tasks(choose_design(request))
     with remove_if_refused(request.directory):
         learners = [task.cell.learner for task in tasks]
         study = create_study(request.directory, learners, request.seed)
@@ -143,12 +133,12 @@ def require_same_design(directory: Path) -> None:
         )
 
 
-def _read(request: GuidanceRequest, task: GuidanceTask) -> xr.Dataset | None:
+def _read(request: CellsRequest, task: GuidanceTask) -> xr.Dataset | None:
     path = cell_path(request.directory, task.name)
     return read_cell(path, task.identify(request.seed), task.runs)
 
 
-def read_groups(request: GuidanceRequest, design: GuidanceDesign) -> Mapping[str, xr.Dataset]:
+def read_groups(request: CellsRequest, design: GuidanceDesign) -> Mapping[str, xr.Dataset]:
     """Return the values of all cells (cell, run, arm, start, horizon) of each group, by name."""
     groups: dict[str, list[xr.Dataset]] = {group.name: [] for group in design.groups}
     for task in plan_tasks(design):
@@ -161,8 +151,4 @@ def read_groups(request: GuidanceRequest, design: GuidanceDesign) -> Mapping[str
         labels = {field: ("cell", [value]) for field, value in task.cell.values.items()}
         expanded = data.expand_dims(cell=[task.name])
         groups[task.cell.group.name].append(expanded.assign_coords(labels))
-    return {name: _stack(cells) for name, cells in groups.items()}
-
-
-def _stack(cells: Sequence[xr.Dataset]) -> xr.Dataset:
-    return xr.concat(cells, "cell", combine_attrs="drop")
+    return {name: xr.concat(cells, "cell", combine_attrs="drop") for name, cells in groups.items()}

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.analysis.guidance.effects import (
+from baldwinlab.analysis.guidance.predictions import (
     CONTROL,
     EQUAL_EVALUATIONS,
     LEARNING,
@@ -27,13 +27,10 @@ from baldwinlab.models import Simulator
 from baldwinlab.models.kit import read_bits
 from baldwinlab.models.nk_climbers import landscape
 from baldwinlab.papers.guidance_design import Cell
-from baldwinlab.simulation.generations import iterate_generations
-from baldwinlab.simulation.noise_controls import Kind, NoiseControl
+from baldwinlab.simulation.generations import Kind, NoiseControl, iterate_generations
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
-# Number of agents of all runs of a batch. Larger batches save little time, and need more memory.
-AGENTS_PER_BATCH: Final = 4000
 # The prediction for a run takes about the time of this number of agent-steps.
 PREDICTION_STEPS: Final = 8_000_000
 
@@ -45,7 +42,7 @@ class Arm(NamedTuple):
     experiment: BaseExperiment
     # The arm has as many lifetimes as this number of generations of the learner.
     repetitions: int = 1
-    # Control of `simulation.noise_controls`, if the simulator has one.
+    # Control of `NoiseControl`, if the simulator has one.
     noise: Kind | None = None
 
     @property
@@ -83,7 +80,9 @@ def count_agent_steps(cell: Cell) -> int:
     arms = [*list_arms(cell)]
     n_branches = len(arms) * len(cell.group.starts)
     steps_of_arms = sum((arm.last_generation + 1) * _count_steps_of_arm(arm) for arm in arms)
-    steps_of_branches = (_last_horizon(cell) + 1) * n_branches * _count_steps(arms[0].experiment)
+    steps_of_branches = (
+        (max(cell.group.horizons) + 1) * n_branches * _count_steps(arms[0].experiment)
+    )
     return steps_of_arms + steps_of_branches + PREDICTION_STEPS * cell.group.has_law
 
 
@@ -102,17 +101,6 @@ def _count_steps(experiment: BaseExperiment) -> int:
     """
     n_genes = len(experiment.modules) * experiment.genome_length
     return experiment.agent_steps + experiment.population.size * n_genes
-
-
-def split_batches(cell: Cell, runs: Sequence[int]) -> Iterator[Sequence[int]]:
-    """Yield the runs of each batch."""
-    size = max(1, AGENTS_PER_BATCH // cell.learner.population.size)
-    for first in range(0, len(runs), size):
-        yield runs[first : first + size]
-
-
-def _last_horizon(cell: Cell) -> int:
-    return max(cell.group.horizons)
 
 
 def measure_runs(
@@ -185,7 +173,7 @@ def _branch(
     that do not depend on the number of agents.
     """
     first = control.evolution.generations - 1
-    generations = range(first, first + _last_horizon(cell) + 1)
+    generations = range(first, first + max(cell.group.horizons) + 1)
     all_runs = [*runs] * len(branches)
     agent_steps = len(all_runs) * _count_steps(control)
     means = []

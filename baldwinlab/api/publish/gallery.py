@@ -35,7 +35,7 @@ from baldwinlab.analysis.report.sections import (
     write_page,
 )
 from baldwinlab.analysis.report.tables import Table, add_detail, badge, tabulate
-from baldwinlab.analysis.results.numbers import finite_or_none, to_csv
+from baldwinlab.analysis.results.numbers import replace_undefined, to_csv
 from baldwinlab.analysis.results.verdicts import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core import console
@@ -44,11 +44,6 @@ from baldwinlab.core.files import REPORT_MARK, require_writable
 from baldwinlab.core.numbers import format_count
 from baldwinlab.papers.claims import EXPLORATORY, KINDS
 
-GALLERY_FILE: Final = "gallery.html"
-# One row per system and question.
-TABLE_FILES: Final = ("gallery.json", "gallery.csv")
-# One record per paper, with its claims and its times.
-PAPERS_FILE: Final = "papers.json"
 TITLE: Final = "Is there a Baldwin effect?"
 
 
@@ -60,11 +55,12 @@ def compare_papers(
     The function also writes into the folder: gallery.json and gallery.csv with one row per system
     and question, papers.json with one record per paper, and figures/. No simulation runs.
     """
-    page = out or folder / GALLERY_FILE
+    page = out or folder / "gallery.html"
     if out is not None:
         require_writable("--out", page, REPORT_MARK.encode(), force=force, suffixes=[".html"])
     entries, decisions = publish_gallery(folder, page, last)
-    for sentence in (*describe_table(entries, decisions), *explain_omissions(entries)):
+    sentences = [*conclude(decisions), *_list_notes(entries, decisions)]
+    for sentence in (*sentences, *explain_omissions(entries)):
         console.info(sentence)
     console.info(f"gallery: {page}")
     return page
@@ -82,11 +78,10 @@ def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], li
         }
     )
     rows = [decision.row() for decision in decisions]
-    json_file, csv_file = (folder / name for name in TABLE_FILES)
-    write_json(json_file, rows)
-    write_atomically(csv_file, to_csv(COLUMNS, rows))
+    write_json(folder / "gallery.json", rows)
+    write_atomically(folder / "gallery.csv", to_csv(COLUMNS, rows))
     papers = [_entry_record(entry) for entry in entries]
-    write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
+    write_json(folder / "papers.json", {"last": last, "papers": papers})
     console.info("drawing the figure")
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", times=_tabulate_times(entries))
@@ -104,13 +99,8 @@ def publish_gallery(folder: Path, out: Path, last: int) -> tuple[list[Entry], li
     return entries, decisions
 
 
-def describe_table(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
-    """Yield the conclusions, and the notes on changed models and on too few runs."""
-    yield from conclude(decisions)
-    yield from _list_notes(entries, decisions)
-
-
 def _list_notes(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
+    """Yield the notes on changed models and on too few runs."""
     for entry in entries:
         if entry.changes:
             changes = ", ".join(entry.changes)
@@ -283,11 +273,5 @@ def _entry_record(entry: Entry) -> dict[str, Any]:
 
 
 def _time_record(time: TimeToLevel) -> dict[str, Any]:
-    return {
-        "level": finite_or_none(time.level),
-        "generations": finite_or_none(time.generations),
-        "generations_without": finite_or_none(time.control_generations),
-        "evaluations": finite_or_none(time.evaluations),
-        "evaluations_without": finite_or_none(time.control_evaluations),
-        "counted": time.evaluation_unit,
-    }
+    keys = ["level", "generations", "generations_without", "evaluations", "evaluations_without"]
+    return replace_undefined(dict(zip([*keys, "counted"], time, strict=True)))

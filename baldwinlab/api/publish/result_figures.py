@@ -89,21 +89,19 @@ def _draw(study: StudyStore, name: str, conditions: Sequence[str], measure: str)
 
 def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str, measure: str) -> ReportFigure:
     names = data["condition"].values.tolist()
+    results: Sequence[ClaimResult] = ()
+    if study.paper and name == "final-fitness":
+        # The boxes show the p-values of claims, as in the report.
+        paper = load_stored_paper(study.directory, study.paper)
+        results = evaluate_samples(Samples(data, source=paper))
     report = ReportData(
         directory=study.directory,
         data=data,
         experiments={condition: study.experiments[condition] for condition in names},
-        results=_evaluate_claims(study, data) if name == "final-fitness" else (),
+        results=results,
     )
     if measure:
         return draw_measures(report, [measure])
-    figure = load_figure(name).draw(report)
+    figure = load_figure(name)(report)
     assert figure is not None
     return figure
-
-
-def _evaluate_claims(study: StudyStore, data: xr.Dataset) -> Sequence[ClaimResult]:
-    """Return the claims whose p-values the boxes show, as in the report."""
-    if not study.paper:
-        return ()
-    return evaluate_samples(Samples(data, source=load_stored_paper(study.directory, study.paper)))

@@ -32,7 +32,11 @@ def test_a_map_shows_the_innate_response_only_if_no_cell_has_an_assimilation(
 
 @pytest.mark.parametrize("n_maps", [0, 1, 5])
 def test_the_figure_of_the_laws_has_a_square_panel_per_map(n_maps: int) -> None:
-    group = LawPoints("Map", "quantity", [0.1, 0.4], [0.2, 0.4], [0.1, 0.3], [0.3, 0.5])
+    rows: list[dict[str, float | None]] = [
+        {"law": 0.1, "mean": 0.2, "low": 0.1, "high": 0.3},
+        {"law": 0.4, "mean": 0.4, "low": None, "high": None},
+    ]
+    group = LawPoints("Map", "quantity", rows)
     panels = [axes for axes in draw_laws([group] * n_maps).axes if axes.axison]
     assert len(panels) == n_maps
     for axes in panels:

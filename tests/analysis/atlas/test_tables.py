@@ -6,10 +6,9 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.atlas.tables import (
-    estimate_kendall,
+    estimate_correlation,
     estimate_mean,
     estimate_slope,
-    estimate_spearman,
     format_fall,
     is_equivalent,
     pool_cells,
@@ -91,15 +90,23 @@ def test_cells_without_a_value_are_left_out() -> None:
 def test_rank_correlations_have_the_intervals_of_fieller_hartley_and_pearson() -> None:
     x, y = np.arange(9.0), np.array([2.0, 1, 4, 3, 6, 5, 8, 7, 9])
     for estimate, expected, error in (
-        (estimate_spearman(x, y), stats.spearmanr(x, y).statistic, np.sqrt(1.06 / 6)),
-        (estimate_kendall(x, y), stats.kendalltau(x, y).statistic, np.sqrt(0.437 / 5)),
+        (
+            estimate_correlation(x, y, "spearman"),
+            stats.spearmanr(x, y).statistic,
+            np.sqrt(1.06 / 6),
+        ),
+        (
+            estimate_correlation(x, y, "kendall"),
+            stats.kendalltau(x, y).statistic,
+            np.sqrt(0.437 / 5),
+        ),
     ):
         assert estimate.mean == pytest.approx(expected)
         ends = np.tanh(np.arctanh(expected) + np.array([-1, 1]) * 1.959964 * error)
         assert (estimate.low, estimate.high) == pytest.approx(tuple(ends))
     # Equal orders have an interval that ends at 1, and few cells have none.
-    assert estimate_kendall(x, x).high == pytest.approx(1)
-    assert np.isnan(estimate_kendall(x[:4], y[:4]).low)
+    assert estimate_correlation(x, x, "kendall").high == pytest.approx(1)
+    assert np.isnan(estimate_correlation(x[:4], y[:4], "kendall").low)
 
 
 def test_a_fall_is_printed_as_a_percentage() -> None:

@@ -33,16 +33,17 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.figures.world import draw_trajectories, split_trails
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations
+from baldwinlab.analysis.report.figures.boxes import draw_fitness_boxes, draw_measures
 from baldwinlab.analysis.report.figures.emergence import compute_time_shares, draw_emergence
-from baldwinlab.analysis.report.figures.final_fitness import draw_fitness_boxes
-from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
+from baldwinlab.analysis.report.figures.fitness import (
+    draw_fitness_by_evaluations,
+    draw_fitness_curves,
+    draw_survival,
+)
 from baldwinlab.analysis.report.figures.maps import draw_world_maps
-from baldwinlab.analysis.report.figures.measures import draw_measures
 from baldwinlab.analysis.report.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.report.figures.senses import draw_agent_senses
 from baldwinlab.analysis.report.figures.shares import draw_shares
-from baldwinlab.analysis.report.figures.survival import draw_survival
 from baldwinlab.analysis.typeface import FAMILY, TEXT_SIZE
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim

@@ -8,8 +8,10 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from baldwinlab.analysis import palette
-from baldwinlab.analysis.report.figures.clocks import draw_fitness_by_evaluations
-from baldwinlab.analysis.report.figures.fitness import draw_fitness_curves
+from baldwinlab.analysis.report.figures.fitness import (
+    draw_fitness_by_evaluations,
+    draw_fitness_curves,
+)
 from baldwinlab.analysis.report.sections import (
     ReportFigure,
     Section,

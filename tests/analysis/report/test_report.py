@@ -17,7 +17,7 @@ from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report.content import format_timing, read_experiment_texts, title_worlds
 from baldwinlab.analysis.report.data import ReportData, emergence_generations
-from baldwinlab.analysis.report.figures.final_fitness import describe_p_values
+from baldwinlab.analysis.report.figures.boxes import describe_p_values
 from baldwinlab.analysis.report.figures.fitness import draw_measures
 from baldwinlab.analysis.report.setup import (
     describe_fitness,
@@ -468,17 +468,17 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison_or_its_fitness
     data = study({"mine": range(8), "yours": range(20, 28)})
     contrasts = compare_conditions(data)
     headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
-    assert headline.question == "Do mine and yours differ in fitness?"
-    (answer,) = headline.answer
+    assert headline["question"] == "Do mine and yours differ in fitness?"
+    (answer,) = headline["answer"]
     assert answer.startswith("The fitness of agents of yours is 20.0 higher than that of agents of")
-    assert "medians over 8 runs" in headline.statistic
-    assert headline.commands == [
+    assert "medians over 8 runs" in headline["statistic"]
+    assert headline["commands"] == [
         f"baldwinlab replay . --condition {name} --run 3 --generation 11 --out life.mp4"
         for name in ("yours", "mine")
     ]
     headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
-    assert headline.question == "How fit do the agents of mine become?"
-    assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.statistic == ""
+    assert headline["question"] == "How fit do the agents of mine become?"
+    assert "3.50 in 8 runs of mine." in headline["answer"][0] and headline["statistic"] == ""
 
 
 def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:

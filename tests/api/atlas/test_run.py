@@ -18,9 +18,10 @@ from baldwinlab.api.atlas.publish import (
     QUICK_REASON,
     publish_atlas,
     read_results,
-    write_article,
+    render_article,
 )
-from baldwinlab.api.atlas.run import AtlasRequest, CellTask, choose_generations, run_atlas
+from baldwinlab.api.atlas.run import CellTask, choose_generations, run_atlas
+from baldwinlab.api.cells import CellsRequest
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing, run_missing_assays
 from baldwinlab.core.errors import ArgumentError
@@ -55,9 +56,9 @@ def design() -> AtlasDesign:
 
 
 @pytest.fixture(scope="module")
-def atlas(design: AtlasDesign, tmp_path_factory: pytest.TempPathFactory) -> AtlasRequest:
+def atlas(design: AtlasDesign, tmp_path_factory: pytest.TempPathFactory) -> CellsRequest:
     """Return a finished atlas."""
-    request = AtlasRequest(tmp_path_factory.mktemp("atlas") / "atlas", is_quick=True, runs=4)
+    request = CellsRequest(tmp_path_factory.mktemp("atlas") / "atlas", is_quick=True, runs=4)
     with patch.object(run_module, "read_atlas", lambda: design):
         run_atlas(request, OPTIONS)
     return request
@@ -104,7 +105,7 @@ def test_at_most_22_generations_are_measured_with_the_first_and_the_last() -> No
 
 
 def test_a_finished_atlas_simulates_nothing_and_a_damaged_cell_again(
-    atlas: AtlasRequest, design: AtlasDesign, capsys: pytest.CaptureFixture[str]
+    atlas: CellsRequest, design: AtlasDesign, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = next(iter(sorted((atlas.directory / "correlation" / "cells").glob("*.nc"))))
     content = path.read_bytes()
@@ -127,8 +128,8 @@ def test_a_finished_atlas_simulates_nothing_and_a_damaged_cell_again(
     assert path.read_bytes() == content
 
 
-def test_another_seed_is_refused(atlas: AtlasRequest, design: AtlasDesign) -> None:
-    request = AtlasRequest(atlas.directory, seed=1, is_quick=True)
+def test_another_seed_is_refused(atlas: CellsRequest, design: AtlasDesign) -> None:
+    request = CellsRequest(atlas.directory, seed=1, is_quick=True)
     with (
         patch.object(run_module, "read_atlas", lambda: design),
         pytest.raises(StudyError, match="another study"),
@@ -138,12 +139,12 @@ def test_another_seed_is_refused(atlas: AtlasRequest, design: AtlasDesign) -> No
 
 def test_too_few_runs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="more than the 2 exploratory runs"):
-        run_atlas(AtlasRequest(tmp_path / "atlas", runs=2, is_quick=True), OPTIONS)
+        run_atlas(CellsRequest(tmp_path / "atlas", runs=2, is_quick=True), OPTIONS)
     assert not (tmp_path / "atlas").exists()
 
 
 @pytest.fixture(scope="module")
-def page(atlas: AtlasRequest, design: AtlasDesign) -> str:
+def page(atlas: CellsRequest, design: AtlasDesign) -> str:
     """Return the page of the finished atlas."""
     with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
         publish_atlas(atlas)
@@ -151,7 +152,7 @@ def page(atlas: AtlasRequest, design: AtlasDesign) -> str:
 
 
 def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
-    page: str, design: AtlasDesign, atlas: AtlasRequest
+    page: str, design: AtlasDesign, atlas: CellsRequest
 ) -> None:
     assert all(f"{claim.id}.</strong>" in page for claim in design.claims)
     assert page.count('class="cell" id="correlation-') == 2
@@ -170,7 +171,7 @@ def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
 
 
 def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
-    atlas: AtlasRequest, design: AtlasDesign, command: Command
+    atlas: CellsRequest, design: AtlasDesign, command: Command
 ) -> None:
     words = ["--quick", "--runs", "4", "--out", str(atlas.directory), "--json"]
     with (
@@ -187,19 +188,17 @@ def test_the_command_writes_the_article_and_the_outcomes_of_each_map(
     page = (atlas.directory / "atlas.html").read_text("utf-8")
     assert page.index(QUICK_REASON) < page.index('id="laws"')
     assert (atlas.directory / "article.md").read_text("utf-8").startswith("# ")
-    assert [result.name for result in results.maps] == ["correlation", "slope"]
+    assert [result.atlas_map.name for result in results.maps] == ["correlation", "slope"]
     for result in results.maps:
-        stored = xr.load_dataset(atlas.directory / f"{result.name}.nc")
+        stored = xr.load_dataset(atlas.directory / f"{result.atlas_map.name}.nc")
         xr.testing.assert_equal(result.outcomes, stored)
 
 
 def test_two_articles_have_equal_bytes_and_their_pictures(
-    atlas: AtlasRequest, design: AtlasDesign, page: str
+    atlas: CellsRequest, design: AtlasDesign, page: str
 ) -> None:
     with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
-        article, second = (
-            write_article(read_results(atlas), atlas.directory).read_text("utf-8") for _ in range(2)
-        )
+        article, second = (render_article(read_results(atlas)) for _ in range(2))
     assert article == second
     assert len(article.encode()) > 3000
     pictures = re.findall(r"!\[[^]]+\]\((.+?)\)", article)

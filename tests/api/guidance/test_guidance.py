@@ -16,15 +16,18 @@ import xarray as xr
 
 from baldwinlab.analysis.guidance.figures import draw_effects
 from baldwinlab.analysis.results.verdicts import VERDICTS
-from baldwinlab.api.cells import read_digests
+from baldwinlab.api.cells import CellsRequest, read_digests, split_runs
 from baldwinlab.api.guidance import run as run_module
 from baldwinlab.api.guidance.publish import publish_guidance, read_results, render_article
-from baldwinlab.api.guidance.run import GuidanceRequest, GuidanceTask, run_guidance
+from baldwinlab.api.guidance.run import (
+    AGENTS_PER_BATCH,
+    GuidanceTask,
+    run_guidance,
+)
 from baldwinlab.api.guidance.simulation import (
     count_agent_steps,
     list_arms,
     measure_runs,
-    split_batches,
 )
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import ArgumentError, RefusedError
@@ -35,6 +38,7 @@ from baldwinlab.papers.guidance_design import (
     list_cells,
     read_guidance,
 )
+from baldwinlab.simulation.records import make_record
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import POPULATION, Fork
@@ -81,18 +85,18 @@ def _use_design(design: GuidanceDesign) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory: pytest.TempPathFactory) -> GuidanceRequest:
+def quick(tmp_path_factory: pytest.TempPathFactory) -> CellsRequest:
     """Return a finished study of the quick form."""
-    request = GuidanceRequest(tmp_path_factory.mktemp("guides") / "quick", is_quick=True, runs=2)
+    request = CellsRequest(tmp_path_factory.mktemp("guides") / "quick", is_quick=True, runs=2)
     run_guidance(request, OPTIONS)
     publish_guidance(request)
     return request
 
 
 @pytest.fixture(scope="module")
-def full(tmp_path_factory: pytest.TempPathFactory) -> GuidanceRequest:
+def full(tmp_path_factory: pytest.TempPathFactory) -> CellsRequest:
     """Return a finished study of all cells, with too few runs for verdicts."""
-    request = GuidanceRequest(tmp_path_factory.mktemp("guides") / "full", runs=2)
+    request = CellsRequest(tmp_path_factory.mktemp("guides") / "full", runs=2)
     run_guidance(request, OPTIONS)
     publish_guidance(request)
     return request
@@ -108,7 +112,7 @@ def test_the_history_effect_is_that_of_the_fork_assay(
     samples = []
     for experiment in (cell.learner, cell.learner.without_learning()):
         histories = simulate_histories(experiment, 5, runs)
-        records = [history.record() for history in histories]
+        records = [make_record(history) for history in histories]
         samples.append(Sample(tmp_path, 5, experiment, runs, records, (), lambda _: None))
     learners, controls = samples
     fork = Fork(POPULATION, 20).measure(replace(learners, control=controls))["innate_fitness"]
@@ -150,8 +154,8 @@ def test_the_work_of_a_cell_has_the_reproduction(design: GuidanceDesign) -> None
 def test_batches_have_about_the_same_number_of_agents(design: GuidanceDesign) -> None:
     cells = [cell for group in design.groups for cell in list_cells(group)]
     sizes = {
-        cell.learner.population.size: [len(runs) for runs in split_batches(cell, range(50))]
-        for cell in cells
+        size: [len(runs) for runs in split_runs(range(50), size, AGENTS_PER_BATCH)]
+        for size in (cell.learner.population.size for cell in cells)
     }
     assert sizes[6] == [50]
     assert sizes[100] == [40, 10]
@@ -178,12 +182,12 @@ def test_a_cell_has_its_arms(design: GuidanceDesign) -> None:
     assert evaluations.last_generation == 3 * 31
 
 
-def test_a_finished_study_simulates_nothing(quick: GuidanceRequest) -> None:
+def test_a_finished_study_simulates_nothing(quick: CellsRequest) -> None:
     with patch.object(GuidanceTask, "run", side_effect=AssertionError):
         run_guidance(quick, OPTIONS)
 
 
-def test_a_changed_cell_is_simulated_again(quick: GuidanceRequest) -> None:
+def test_a_changed_cell_is_simulated_again(quick: CellsRequest) -> None:
     path = quick.directory / "cells" / "le-a.nc"
     content = path.read_bytes()
     path.unlink()
@@ -200,7 +204,7 @@ def test_a_changed_cell_is_simulated_again(quick: GuidanceRequest) -> None:
     assert path.read_bytes() == content
 
 
-def test_another_design_is_refused(quick: GuidanceRequest) -> None:
+def test_another_design_is_refused(quick: CellsRequest) -> None:
     with (
         patch.object(run_module, "digest_guidance", lambda: {"design.toml": "changed"}),
         pytest.raises(RefusedError, match="the design has changed since this study began"),
@@ -210,11 +214,11 @@ def test_another_design_is_refused(quick: GuidanceRequest) -> None:
 
 def test_a_single_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="must be at least 2"):
-        run_guidance(GuidanceRequest(tmp_path / "guides", runs=1), OPTIONS)
+        run_guidance(CellsRequest(tmp_path / "guides", runs=1), OPTIONS)
     assert not (tmp_path / "guides").exists()
 
 
-def test_the_quick_form_has_no_verdict(quick: GuidanceRequest) -> None:
+def test_the_quick_form_has_no_verdict(quick: CellsRequest) -> None:
     page = (quick.directory / "what-guides.html").read_text("utf-8")
     article = (quick.directory / "article.md").read_text("utf-8")
     for text in (page, article):
@@ -227,7 +231,7 @@ def test_the_quick_form_has_no_verdict(quick: GuidanceRequest) -> None:
 
 
 def test_the_command_writes_no_verdict_in_the_quick_form(
-    quick: GuidanceRequest, command: Command
+    quick: CellsRequest, command: Command
 ) -> None:
     words = ["--quick", "--runs", "2", "--out", str(quick.directory), "--json"]
     done = command("reproduce", "what-guides", *words)
@@ -236,7 +240,7 @@ def test_the_command_writes_no_verdict_in_the_quick_form(
 
 
 def test_the_full_form_has_each_prediction_its_hash_and_each_cell(
-    full: GuidanceRequest, design: GuidanceDesign
+    full: CellsRequest, design: GuidanceDesign
 ) -> None:
     page = (full.directory / "what-guides.html").read_text("utf-8")
     assert all(f"{prediction.id}.</strong>" in page for prediction in design.predictions)
@@ -248,7 +252,7 @@ def test_the_full_form_has_each_prediction_its_hash_and_each_cell(
         assert (full.directory / "figures" / f"{name}.svg").exists()
 
 
-def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: GuidanceRequest) -> None:
+def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: CellsRequest) -> None:
     results = read_results(full)
     article = render_article(results)
     cells = results.groups["whitley-deceptive"]
@@ -261,7 +265,7 @@ def test_the_article_and_the_table_have_the_numbers_of_the_cells(full: GuidanceR
     assert len(predicted) == 3 * 3
 
 
-def test_the_figure_has_a_point_per_value_of_each_axis(full: GuidanceRequest) -> None:
+def test_the_figure_has_a_point_per_value_of_each_axis(full: CellsRequest) -> None:
     results = read_results(full)
     figure = draw_effects([results.groups["nk"], results.groups["nk-large"]])
     labels = [[text.get_text() for text in axes.get_xticklabels()] for axes in figure.axes]

@@ -17,10 +17,11 @@ from tests.studies.completion import read_files
 # Other tests draw these figures.
 pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
 
+SETTINGS = {"evolution.generations": 2, "lifetime.steps": 60}
 SWEEP = {
     "experiment": "evo/A",
     "runs": 2,
-    "set": {"evolution.generations": 2, "lifetime.steps": 60},
+    "set": SETTINGS,
     "fields": {"senses.visual_radius": [4, 40]},
 }
 
@@ -67,7 +68,7 @@ def test_the_missing_page_of_a_blocked_folder_is_an_error(
 
 
 def test_a_page_inside_the_folder_is_never_skipped(tmp_path: Path) -> None:
-    study = bl.run("evo/A", runs=1, set=SWEEP["set"], out=tmp_path / "study")
+    study = bl.run("evo/A", runs=1, set=SETTINGS, out=tmp_path / "study")
     page = study.directory / "page.html"
     page.mkdir()
     with pytest.raises(bl.BaldwinLabError, match="is a folder"):

@@ -1,13 +1,12 @@
-"""Figures of the report. Each module of this package declares a figure with the module's name.
+"""Figures of the report, which the modules of this package draw.
 
-The names are listed without an import of the modules, because these imports load Matplotlib.
+The figures are listed without an import of the modules, because these imports load Matplotlib.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib import import_module
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from baldwinlab.analysis.report.content import select_foragers
@@ -22,57 +21,47 @@ if TYPE_CHECKING:
 DrawFunction = Callable[[ReportData], "ReportFigure | None"]
 
 
-class DeclaredFigure(NamedTuple):
-    """A figure of the report, declared by `declare_figure`."""
+class FigureKind(NamedTuple):
+    """A figure of the report."""
 
-    name: str  # Name in `paper.toml`, and of the files.
-    draw: DrawFunction  # Returns None if a study has no data for the figure.
-    is_setup: bool  # Whether the figure describes the model, in the section on the setup.
-    needs_world: bool  # Whether the text that papers add to the caption describes MiniWorld.
-
-
-_declared: Final[dict[str, DeclaredFigure]] = {}
+    function: str  # "MODULE.FUNCTION". It returns None if a study has no data for the figure.
+    is_setup: bool = False  # Whether the figure describes the model, in the section on the setup.
+    needs_world: bool = False  # Whether the text that papers add describes MiniWorld.
 
 
-def declare_figure(
-    *, is_setup: bool = False, needs_world: bool = False
-) -> Callable[[DrawFunction], DrawFunction]:
-    """Declare that the decorated function draws the figure with the name of its module."""
-
-    def declare(draw: DrawFunction) -> DrawFunction:
-        name = _name_figure(draw.__module__.rpartition(".")[2])
-        _declared[name] = DeclaredFigure(name, draw, is_setup, needs_world)
-        return draw
-
-    return declare
-
-
-def list_figures() -> list[str]:
-    """Return the names of all figures."""
-    return sorted(_name_figure(module.name) for module in iter_modules(__path__))
+FIGURES: Final[Mapping[str, FigureKind]] = {
+    "clocks": FigureKind("fitness.draw_evaluations_figure"),
+    "emergence": FigureKind("emergence.draw_figure", needs_world=True),
+    "final-fitness": FigureKind("boxes.draw_figure", needs_world=True),
+    "fitness": FigureKind("fitness.draw_figure", needs_world=True),
+    "maps": FigureKind("maps.draw_figure", is_setup=True, needs_world=True),
+    "measures": FigureKind("boxes.draw_measures_figure"),
+    "networks": FigureKind("networks.draw_figure", is_setup=True, needs_world=True),
+    "senses": FigureKind("senses.draw_figure", is_setup=True, needs_world=True),
+    "shares": FigureKind("shares.draw_figure"),
+    "species": FigureKind("shares.draw_species_figure"),
+    "survival": FigureKind("fitness.draw_survival_figure"),
+}
+"""The figures by their name in `paper.toml`, which is also the name of the files."""
 
 
-def _name_figure(module: str) -> str:
-    return module.replace("_", "-")
-
-
-def load_figure(name: str) -> DeclaredFigure:
-    """Import the module of a figure, which declares the figure, and return the figure."""
-    import_module(f"{__name__}.{name.replace('-', '_')}")
-    return _declared[name]
+def load_figure(name: str) -> DrawFunction:
+    """Import the module of a figure, and return the function that draws the figure."""
+    module, function = FIGURES[name].function.split(".")
+    draw: DrawFunction = getattr(import_module(f"{__name__}.{module}"), function)
+    return draw
 
 
 def check_figures(paper: Paper) -> None:
     """Raise PaperError if a paper names a figure that does not exist."""
-    names = list_figures()
     used: Iterable[tuple[str, Iterable[str]]] = (
         ("paper.toml: figures", paper.metadata.figures),
         ("words.toml: captions", paper.texts.captions),
     )
     for place, figures in used:
         for name in figures:
-            if name not in names:
-                problem = f"{name!r}, which does not exist{suggest(name, names)}"
+            if name not in FIGURES:
+                problem = f"{name!r}, which does not exist{suggest(name, FIGURES)}"
                 raise PaperError(f"{paper.folder}/{place} {problem}")
 
 
@@ -82,16 +71,16 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
     captions = report.paper.texts.captions if report.paper else {}
     has_world = bool(select_foragers(report.experiments))
     condition_links = link_conditions(report.lives)
-    for figure in map(load_figure, names):
-        drawn = figure.draw(report)
+    for name in names:
+        kind = FIGURES[name]
+        drawn = load_figure(name)(report)
         if drawn:
-            is_caption_valid = has_world or not figure.needs_world
-            addition = captions.get(figure.name, "") if is_caption_valid else ""
+            addition = captions.get(name, "") if has_world or not kind.needs_world else ""
             # Figures of results without links get links to typical lifetimes.
-            links = drawn.links if drawn.links or figure.is_setup else condition_links
+            links = drawn.links if drawn.links or kind.is_setup else condition_links
             yield drawn._replace(
-                name=figure.name,
+                name=name,
                 caption=f"{drawn.caption} {addition}".rstrip(),
                 links=links,
-                is_setup=figure.is_setup,
+                is_setup=kind.is_setup,
             )

@@ -27,7 +27,6 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.figures.world import draw_titled_map, parse_world
 from baldwinlab.analysis.report.content import tabulate_generations
 from baldwinlab.analysis.report.data import ReportData, StoredLife, format_replay_command, make_link
-from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.intervals import interval_of_median
@@ -47,7 +46,6 @@ CURVE_HEIGHT = 2.1
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
-@declare_figure(needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure | None:
     """Draw the emergence of foraging in one run, or return None without traces."""
     if not report.traces:

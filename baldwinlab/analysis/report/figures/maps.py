@@ -28,7 +28,6 @@ from baldwinlab.analysis.figures.world import (
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.analysis.report.content import select_foragers, title_worlds
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.experiment import FoodRegion, World
 from baldwinlab.experiment.conditions import read_factors
@@ -49,7 +48,6 @@ EXAMPLE_SEED = 1906
 TEXT_HALO = [withStroke(linewidth=2, foreground="white")]
 
 
-@declare_figure(is_setup=True, needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure | None:
     """Draw the maps with examples of agents and items, or return None without MiniWorld."""
     conditions = select_foragers(report.experiments)

@@ -24,7 +24,6 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.figures.world import Appearance
 from baldwinlab.analysis.report.content import select_foragers
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.sections import ReportFigure
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.conditions import read_factors
@@ -63,7 +62,6 @@ class AgentKind(NamedTuple):
     modules: Sequence[str]
 
 
-@declare_figure(is_setup=True, needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure | None:
     """Draw the network of each learner, or return None without appearances."""
     if not report.appearances:

@@ -14,7 +14,6 @@ from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, ORANGE, PALE, s
 from baldwinlab.analysis.figures.world import Appearance
 from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures import declare_figure
 from baldwinlab.analysis.report.figures.maps import BODY_SIDE
 from baldwinlab.analysis.report.sections import ReportFigure
 
@@ -22,7 +21,6 @@ from baldwinlab.analysis.report.sections import ReportFigure
 MIN_LABELED_DEGREES = 10
 
 
-@declare_figure(is_setup=True, needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure | None:
     """Draw the sectors of the senses, or return None without appearances."""
     if not report.appearances:

@@ -1,4 +1,7 @@
-"""Final fitness: a box per condition and a point per run, with p-values of claims."""
+"""Boxes of final fitness, with p-values of claims, and of the measures that models declare.
+
+A condition has a box, and a run has a point.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,32 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
+from baldwinlab.analysis.claim_samples import ModelMeasure
 from baldwinlab.analysis.figures.charts import BOXES_NOTE, draw_box
-from baldwinlab.analysis.figures.curves import LETTER_INCHES, find_top
-from baldwinlab.analysis.figures.style import BLACK, FIGURE_WIDTH, GRAY, group_by_map, styled
+from baldwinlab.analysis.figures.curves import LETTER_INCHES, draw_legend, find_top
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    FIGURE_WIDTH,
+    GRAY,
+    group_by_map,
+    style_conditions,
+    styled,
+)
 from baldwinlab.analysis.report.content import describe_final_medians, name_fitness, tabulate_runs
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.figures import declare_figure
-from baldwinlab.analysis.report.figures.fitness import MEASURE_TITLES, PANEL_HEIGHT, make_panels
+from baldwinlab.analysis.report.figures.fitness import (
+    MEASURE_TITLES,
+    PANEL_HEIGHT,
+    make_panels,
+)
 from baldwinlab.analysis.report.sections import ReportFigure
+from baldwinlab.analysis.results.numbers import format_number
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.significance import SIGNIFICANCE_LEVEL
 
@@ -35,7 +51,6 @@ BOX_MARGIN_HEIGHT = 0.9
 BRACKET_DISTANCE = 0.13
 
 
-@declare_figure(needs_world=True)
 def draw_figure(report: ReportData) -> ReportFigure:
     p_values = describe_p_values(report.data, report.results)
     return ReportFigure(
@@ -213,3 +228,67 @@ def format_p_label(p: float) -> str:
     if p < 0.001:
         return "p < 0.001"
     return f"p = {p:.2g}" if p < 0.995 else "p = 1"
+
+
+def draw_measures_figure(report: ReportData) -> ReportFigure | None:
+    if not report.model_measures:
+        return None
+    medians = []
+    rows = []
+    for measure in report.model_measures:
+        values = {name: sample for name, sample in measure.values.items() if sample.size}
+        texts = [
+            f"{name} {format_number(float(np.median(sample)))}" for name, sample in values.items()
+        ]
+        medians.append(f"{measure.meaning}: {', '.join(texts)}")
+        for name, sample in values.items():
+            row = {"condition": name, "measure": measure.name}
+            rows += [row | {"value": value} for value in sample.tolist()]
+    return ReportFigure(
+        title="Measures that the claims compare",
+        caption=BOXES_NOTE,
+        alternative=f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
+        figure=draw_measures(report.data, report.model_measures),
+        table=rows,
+    )
+
+
+@styled
+def draw_measures(dataset: xr.Dataset, measures: Sequence[ModelMeasure]) -> Figure:
+    """Draw one or more measures, each in a panel, with a box per condition and a point per run."""
+    conditions = style_conditions(dataset)
+    conditions_by_map = group_by_map(dataset)
+    maps = list(conditions_by_map)
+    learners = list(dict.fromkeys(condition.learner for condition in conditions))
+    # A gap of one position separates the maps.
+    positions_per_map = len(learners) + 1
+    positions = {
+        condition.name: maps.index(condition.map_name) * positions_per_map
+        + learners.index(condition.learner)
+        for condition in conditions
+    }
+    has_maps = maps != [""]
+    # (positions, labels): a tick per learner, or if there are maps, a tick per group of boxes.
+    if not has_maps:
+        ticks = ([float(position) for position in positions.values()], learners)
+    else:
+        centers = [
+            float(np.mean([positions[condition.name] for condition in on_map]))
+            for on_map in conditions_by_map.values()
+        ]
+        ticks = (centers, maps)
+    figure = Figure((FIGURE_WIDTH, 0.5 + 2.6 * len(measures)))
+    panels = figure.subplots(len(measures), squeeze=False).flat
+    for axes, measure in zip(panels, measures, strict=True):
+        for condition in conditions:
+            values = measure.values[condition.name]
+            if values.size:
+                draw_box(axes, positions[condition.name], values, condition.style)
+        title = measure.meaning[0].upper() + measure.meaning[1:]
+        axes.set_title(title)
+        axes.set_xticks(*ticks)
+        axes.set_xlim(-0.8, max(positions.values()) + 0.8)
+        axes.grid(visible=False, axis="x")
+    if has_maps and len(learners) > 1:
+        draw_legend(figure, {item.learner: item.style for item in conditions})
+    return figure
