@@ -231,7 +231,7 @@ def _find_fields(location: Sequence[str | int], model: Any) -> Any:
         # Other steps are indices of a tuple or keys of a dictionary, whose tables have one class.
         if step in fields:
             annotation = fields[step].annotation
-            entry_types = getattr(annotation, "__args__", (annotation,))
+            entry_types: tuple[Any, ...] = getattr(annotation, "__args__", (annotation,))
             model = entry_types[1] if get_origin(annotation) is dict else entry_types[0]
     return getattr(model, "model_fields", getattr(model, "_fields", ()))
 

@@ -167,7 +167,7 @@ def test_disk_is_estimated_within_a_tenth(
 
 @pytest.mark.parametrize("runs", [15, 40])
 def test_disk_is_estimated_for_any_number_of_workers(tmp_path: Path, runs: int) -> None:
-    experiment = load_changed("evo/A", "lifetime.steps=1", "population.size=2")
+    experiment = load("evo/A").replace(lifetime={"steps": 1}, population={"size": 2})
     study = make_small_study(tmp_path / "study", [experiment], runs=runs)
     stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
     for workers in (1, 16):

@@ -215,13 +215,15 @@ def test_a_condition_name_that_is_a_path_out_of_the_folder_is_rejected(
     )
     with run_server(restricted_root) as server:
         query = {"study": "invalid", "condition": name, "run": 0, "generation": 0}
-        assert "is no name of a condition" in get_error(server.address, "recording", 400, **query)
+        assert "must be letters, digits, + _ . and -" in get_error(
+            server.address, "recording", 400, **query
+        )
         (problem,) = [
             study["problem"]
             for study in get_json(server.address, "studies")["studies"]
             if study["id"] == "invalid"
         ]
-        assert "is no name of a condition" in problem
+        assert "must be letters, digits, + _ . and -" in problem
 
 
 def test_a_record_outside_the_folder_is_rejected_and_other_records_are_served(
