@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dask import config as dask_config
 
 from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location

@@ -97,6 +97,17 @@ def test_no_record_is_moved_and_no_study_created_through_a_link(
     assert read_files(outside) == before
 
 
+@pytest.mark.parametrize("name", ["parts", "inputs", "founders"])
+def test_no_study_is_created_with_a_link_to_another_folder(
+    tmp_path: Path, outside: Path, name: str
+) -> None:
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / name).symlink_to(outside)
+    with pytest.raises(RefusedError, match=f"{name} is a link that leads out of the study"):
+        create_study(tmp_path / "new", [shorten_preset("evo/A")], seed=1)
+    assert not (tmp_path / "new" / "study.toml").exists()
+
+
 def test_a_cyclic_link_is_refused(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     (tmp_path / "figures").symlink_to("figures")

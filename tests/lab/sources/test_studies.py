@@ -89,7 +89,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
         for name in learners
     ]
     records = (lab_server.root / "small" / "runs").rglob("*.nc")
-    assert summary.pop("modified") == max(path.stat().st_mtime for path in records)
+    assert summary.pop("modified") == max(path.stat().st_mtime_ns for path in records) / 1e9
     assert summary == {
         "id": "small",
         "argument": str(lab_server.root / "small"),
