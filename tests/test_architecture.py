@@ -33,22 +33,17 @@ OTHER_OWNERS = {"ast", "console", "partial_path"}
 # Modules with such calls, none of which has the path of a user's file, by reason.
 EXCEPTIONS = {
     "data of the package": (
-        *("analysis/assays/sentences.py", "analysis/typeface.py", "cli/options.py"),
-        *("engine/bitcode.py", "engine/fingerprint.py", "engine/wasm.py", "lab/pages/export.py"),
-        *("lab/pages/explorable/__init__.py", "lab/pages/lesson_pack.py"),
-        *(
-            "lab/pages/single_page.py",
-            "models/miniworld/backends/wasm_modules.py",
-            "papers/rules.py",
-        ),
+        *("analysis/assays/criteria.py", "analysis/assays/sentences.py", "analysis/typeface.py"),
+        *("cli/options.py", "engine/bitcode.py", "engine/fingerprint.py", "engine/wasm.py"),
+        *("lab/pages/explorable/__init__.py", "lab/pages/export.py", "lab/pages/lesson_pack.py"),
+        *("lab/pages/single_page.py", "models/miniworld/backends/wasm_modules.py"),
+        "papers/rules.py",
     ),
     "source code of imported modules": ("parts/lane_check.py", "parts/loading.py"),
     "private folder of the user": ("engine/cache.py", "lab/server/access.py"),
     "files of the operating system": ("core/extras.py", "core/resources.py"),
     "movies in a temporary folder": ("analysis/movie.py", "lab/pages/downloads.py"),
     "lock of a folder": ("studies/study_length.py",),
-    # `study_file.py` compares a copy in the study after a check of its size.
-    "content of a known size": ("studies/study_file.py",),
 }
 
 

@@ -278,7 +278,7 @@ def _replace_nan(value: Any) -> Any:
 
 def info(message: str, *, has_address: bool = False) -> None:
     """Print a message. The terminal, not rich, wraps a message with an address."""
-    console.print(_shorten_paths(message), soft_wrap=has_address or None)
+    console.print(shorten_paths(message), soft_wrap=has_address or None)
 
 
 @cache
@@ -301,10 +301,10 @@ def warn_if_any(message: str) -> None:
 
 def warn(message: str) -> None:
     """Print a warning or an error on stderr."""
-    errors.print(f"baldwinlab: {clip_for_terminal(_shorten_paths(message))}")
+    errors.print(f"baldwinlab: {clip_for_terminal(shorten_paths(message))}")
 
 
-def _shorten_paths(message: str) -> str:
+def shorten_paths(message: str) -> str:
     """Return a message with paths relative to the working directory, as users write them."""
     try:
         folder = str(Path.cwd())

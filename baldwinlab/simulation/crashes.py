@@ -11,7 +11,7 @@ from typing import Any
 
 from numba import cfunc, types
 
-from baldwinlab.core.console import escape_controls
+from baldwinlab.core.console import escape_controls, shorten_paths
 from baldwinlab.experiment import registry
 
 # Signals of a hook that writes outside its arrays. Windows has no such signals.
@@ -34,8 +34,8 @@ def report_crashes(choices: Sequence[tuple[str, str]]) -> None:
     _choices.update(choices)
     parts = [origin.describe() for origin in registry.find_origins(_choices)]
     text = escape_controls(
-        f"baldwinlab: compiled code accessed memory outside its arrays, in {' or '.join(parts)}; "
-        "baldwinlab check FILE finds the line"
+        f"baldwinlab: compiled code accessed memory outside its arrays, in "
+        f"{shorten_paths(' or '.join(parts))}; baldwinlab check FILE finds the line"
     )
     content = text.encode()[: MAX_BYTES - 2] + b"\n"
     ctypes.memmove(_sentence, content + b"\0", len(content) + 1)

@@ -241,8 +241,9 @@ def test_force_disables_the_check_of_resources(
 @pytest.mark.parametrize(
     ("line", "file"),
     [
-        # The command writes the claims before the page.
-        ("report study --out page.html", "study/claims.json"),
+        # The command writes the claims before the page. With --out, only the page is required.
+        ("report study", "study/claims.json"),
+        ("report study --out page.html", "page.html"),
         ("run evo/A --runs 1 --out new", "new/runs/evo/A/experiment.toml"),
         (f"{PHYLOGENY} --out x.csv", "x.csv"),
         ("assay study --assays descent --workers 1", "study/assays/descent/evo+self-taught/A.nc"),

@@ -257,7 +257,7 @@ def test_a_short_task_lists_no_files(
 ) -> None:
     task = RunTask(EXPERIMENT, (0, 1, 2, 3), is_new=True)
     assert task.agent_steps < run_task.MIN_STEPS_OF_SEARCH
-    monkeypatch.delattr("baldwinlab.studies.record_files._list_names")
+    monkeypatch.delattr("baldwinlab.studies.record_files.list_names")
     task.run(SEED, study.directory, CPU, lambda agent_steps: None)
     monkeypatch.undo()
     assert read_records(study.directory) == expected

@@ -295,7 +295,7 @@ def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None
 def test_the_heat_maps_have_the_verdicts_effects_and_shares_of_each_claim_and_choice() -> None:
     cells = [text.get_text() for text in DRAW["variants"]().axes[0].texts]
     assert len(cells) == 2 * 9
-    assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
+    assert cells[:3] == ["✓ +40.0", "✓ +40.0", "✓ 0"] and cells[5] == "✓ −70.0"
     assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
     # The map of shares has a row per alternative and standard.
     axes = DRAW["variants-shares"]().axes[0]
@@ -307,7 +307,7 @@ def test_the_heat_maps_have_the_verdicts_effects_and_shares_of_each_claim_and_ch
     ]
     cells = [text.get_text() for text in axes.texts]
     # C6 in each row.
-    assert [cells[number] for number in (5, 14, 23, 32)] == ["100%", "0%", "50%", "0%"]
+    assert [cells[number] for number in (5, 14, 23, 32)] == ["100 %", "0 %", "50 %", "0 %"]
 
 
 def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:

@@ -320,3 +320,9 @@ def test_a_sense_that_reads_a_neighbor_is_refused_before_it_runs(write_part: Wri
     path = write_part(SENSE.format(measured=neighbor, expected="0.0"))
     with pytest.raises(PartError, match=r"Height\.measure reads or writes other agents"):
         load_file(path)
+
+
+@pytest.mark.usefixtures("without_compilation")
+def test_an_error_of_an_oracle_lists_the_attributes_of_an_agent(write_part: Write) -> None:
+    message = sense_failures(write_part, CORRECT, "agent.age")
+    assert "no attribute 'age'; it has action, action_module, arrays, eaten_in_life" in message

@@ -93,7 +93,9 @@ def test_reaction_norms_of_conditions_with_other_evolved_values_have_gaps(tmp_pa
         assay = assign_to_study(reaction(name, 60, runs=2), study, name)
         path.write_bytes(encode_assay(assay))
     # Different numbers of items are different maps, which have separate panels.
-    study.factors = {name: factors._replace(map="A") for name, factors in study.factors.items()}
+    study.factors = {
+        name: factors._replace(map="A", world="") for name, factors in study.factors.items()
+    }
     panels = lab_results.read_reaction_norms(study)["panels"]
     panel = next(panel for panel in panels if panel["field"] == "world.food.0.count")
     assert panel["values"] == ("10", "20", "50", "100")
