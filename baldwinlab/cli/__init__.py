@@ -9,7 +9,7 @@ from pathlib import Path
 from traceback import format_exception
 from typing import Final
 
-from cyclopts import Group
+from cyclopts import CycloptsError, Group
 
 from baldwinlab.cli.options import OVERVIEW, app, read_docstring
 from baldwinlab.core import console
@@ -89,7 +89,10 @@ def main() -> None:
             console.info(OVERVIEW)
             return
         with console.own_stdout(), raise_part_errors(find_labels=_label_files):
-            app(sys.argv[1:])
+            app(sys.argv[1:], exit_on_error=False)
+    except CycloptsError:
+        # The error is printed. The default status depends on the version of cyclopts.
+        sys.exit(USAGE_ERROR_STATUS)
     except ArgumentError as error:
         # `error.option` names the option of the command, and `str(error)` the argument in Python.
         _fail(error.option, USAGE_ERROR_STATUS)

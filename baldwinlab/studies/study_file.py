@@ -89,12 +89,15 @@ class StudyFile(Fields):
             raise ValueError("must be a list of at least one name, with each name once")
         return names
 
-    @field_validator("factors")
+    @field_validator("factors", mode="before")
     @classmethod
-    def _require_stored_factors(cls, factors: dict[str, Factors]) -> dict[str, Factors]:
-        # The world is computed from the settings.
-        if any(levels.world for levels in factors.values()):
-            raise ValueError(f"can have only {', '.join(FACTOR_NAMES)}")
+    def _require_known_factors(cls, factors: Any) -> Any:
+        tables = factors if isinstance(factors, dict) else {}
+        for name, table in tables.items():
+            unknown = set(table) - {*FACTOR_NAMES} if isinstance(table, dict) else ()
+            if unknown:
+                allowed = ", ".join(FACTOR_NAMES)
+                raise ValueError(f"{name} has no factor {min(unknown)!r}; there are {allowed}")
         return factors
 
 

@@ -239,7 +239,8 @@ def test_replay_writes_a_trace_a_movie_or_an_image(
             trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2]
         )
     with Image.open(tmp_path / "life.png") as picture:
-        assert picture.size == (720, 820)
+        # Old versions of Matplotlib truncate a height of 819.99 pixels.
+        assert picture.size in ((720, 819), (720, 820))
 
 
 def test_replay_uses_the_condition_of_a_study_with_a_single_one(

@@ -69,7 +69,7 @@ def test_names_with_special_characters_are_stored(tmp_path: Path) -> None:
         (
             'learner = "mine"',
             'moon = "full"',
-            "factors.mine.moon: there is no such field; there are: learner, map, variant",
+            "factors = this table: mine has no factor 'moon'; there are learner, map, variant",
         ),
     ],
 )
