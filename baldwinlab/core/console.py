@@ -226,13 +226,22 @@ def own_stdout() -> Iterator[None]:
         return
     has_descriptor = previous is sys.__stdout__
     _Console.own_stdout = previous
+    sys.stdout = sys.stderr
     if has_descriptor:
         previous.flush()
         _Console.own_stdout = os.fdopen(
             os.dup(1), "w", encoding=previous.encoding, errors=previous.errors
         )
         os.dup2(2, 1)
-    sys.stdout = sys.stderr
+        # A part can close this stream, and stderr stays open.
+        sys.stdout = os.fdopen(
+            1,
+            "w",
+            buffering=1,
+            encoding=previous.encoding,
+            errors="backslashreplace",
+            closefd=False,
+        )
     try:
         yield
     finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import traceback
 import warnings
@@ -24,7 +25,7 @@ def run_third_party_code(
     """Raise PartError as `raise_part_errors` does, and undo changes of the process.
 
     The function restores the working directory, the random state and error handling of NumPy,
-    the filters of warnings, and the handlers of SIGINT and SIGTERM.
+    the filters of warnings, the limit of recursion, and the handlers of SIGINT and SIGTERM.
     """
     with _restore_process(), raise_part_errors(other_label, find_labels):
         yield
@@ -97,11 +98,13 @@ def _restore_process() -> Iterator[None]:
     with suppress(FileNotFoundError):
         folder = Path.cwd()
     random_state = np.random.get_state()  # noqa: NPY002
+    recursion_limit = sys.getrecursionlimit()
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         with np.errstate(), warnings.catch_warnings():
             yield
     finally:
+        sys.setrecursionlimit(recursion_limit)
         for number, handler in handlers.items():
             if signal.getsignal(number) is not handler:
                 signal.signal(number, handler)

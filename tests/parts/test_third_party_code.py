@@ -81,7 +81,8 @@ def test_an_exception_of_a_part_is_reported_with_its_file_and_line(
 
 
 def test_the_output_of_a_part_goes_to_stderr_and_the_folder_stays(tmp_path: Path) -> None:
-    noise = "import os; os.chdir('/'); print('text'); os.write(1, b'bytes\\n')\n"
+    noise = "import os, sys; os.chdir('/'); print('text'); os.write(1, b'bytes\\n')\n"
+    noise += "sys.stdout.close()\n"
     (tmp_path / "rule.py").write_text(noise + RULE)
     outcome = run_command(tmp_path, "show", "evo/A", "--json", "--part", "rule.py")
     assert json.loads(outcome.stdout)["name"] == "evo/A"
@@ -152,16 +153,19 @@ def test_the_state_of_the_process_is_restored() -> None:
     before = np.random.get_state(legacy=False)["state"]["key"].copy()  # noqa: NPY002
     handler = signal.getsignal(signal.SIGINT)
     filters = [*warnings.filters]
+    limit = sys.getrecursionlimit()
     with run_third_party_code("the part"):
         os.chdir("/")
         np.random.seed(7)  # noqa: NPY002
         np.seterr(all="raise")
         warnings.simplefilter("error")
+        sys.setrecursionlimit(500)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     assert Path.cwd() == folder
     after = np.random.get_state(legacy=False)["state"]["key"]  # noqa: NPY002
     assert (after == before).all()
     assert np.geterr()["divide"] != "raise"
+    assert sys.getrecursionlimit() == limit
     assert warnings.filters == filters
     assert signal.getsignal(signal.SIGINT) is handler
 

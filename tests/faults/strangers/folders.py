@@ -74,10 +74,11 @@ SPARSE_BYTES = 60 * 10**9
 
 
 def choose_file(study: Path, choice: Random, suffix: str = "") -> Path:
-    """Return a file of the study."""
+    """Return a file of the study, which an earlier change has not enlarged."""
+    files = [path for path in study.rglob(f"*{suffix}") if path.is_file()]
     return choice.choice(
         sorted(
-            path for path in study.rglob(f"*{suffix}") if path.is_file() and not path.is_symlink()
+            path for path in files if not path.is_symlink() and path.stat().st_size < SPARSE_BYTES
         )
     )
 
