@@ -11,6 +11,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from types import FrameType
 from typing import NoReturn
 
@@ -20,8 +21,8 @@ RETRY_SECONDS = 0.02
 """Seconds until an interruption is raised again, because an import or a destructor swallows it."""
 SECONDS_UNTIL_BLOCKED = 2.0
 """Seconds until an interruption that the main thread has not handled counts as ignored."""
-_handled = threading.Event()
-"""Set when the main thread handles an interruption."""
+_is_handled = False
+"""Whether the main thread has handled an interruption. A handler must not wait for a lock."""
 _is_waiting = False
 """Whether an interruption has arrived that the next alarm raises."""
 
@@ -80,12 +81,14 @@ def _watch_interruptions() -> None:
 
 
 def _end_if_blocked(receiver: socket.socket) -> None:
+    global _is_handled
     n_ignored = 0
     while number := receiver.recv(1):
         if number[0] not in (signal.SIGINT, signal.SIGTERM):
             continue
-        if _handled.wait(SECONDS_UNTIL_BLOCKED):
-            _handled.clear()
+        time.sleep(SECONDS_UNTIL_BLOCKED)
+        if _is_handled:
+            _is_handled = False
             continue
         n_ignored += 1
         if n_ignored > 1:
@@ -121,9 +124,9 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
     An import may swallow the exception or turn it into another one. A second interruption is raised
     at once. This function handles SIGINT, SIGTERM and the alarm.
     """
-    global _is_waiting
+    global _is_handled, _is_waiting
     if signal_number in (signal.SIGINT, signal.SIGTERM):
-        _handled.set()
+        _is_handled = True
     # Windows has no timers.
     if hasattr(signal, "setitimer"):
         is_alarm = signal_number == signal.SIGALRM

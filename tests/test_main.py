@@ -8,6 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import FrameType
 
@@ -140,10 +143,14 @@ def test_a_signal_during_a_destructor_stops_a_command(tmp_path: Path) -> None:
 # plain Python if it is "python". A file tells the test that plain Python has begun.
 ENDLESS_PART = """
 import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from baldwinlab.parts import Fitness
 
 IS_ENDLESS = os.environ.get("ENDLESS", "") != ""
+IS_PRINTING = os.environ.get("ENDLESS") == "printing"
 if os.environ.get("ENDLESS") == "python" and "NUMBA_DISABLE_JIT" in os.environ:
     Path("started").touch()
 else:
@@ -159,6 +166,8 @@ class Endless(Fitness, name="endless"):
             print("running")
             while fitness[0] >= 0:
                 fitness[0] = 1
+                if IS_PRINTING:
+                    print("running")
 """
 ENDLESS_RUN = [
     *("run", "evo/A", "--runs", "1", "--part", "part.py", "--out", "study", "--set"),
@@ -168,28 +177,42 @@ ENDLESS_RUN = [
 BLOCKED = "baldwinlab: waiting for compiled code; press Ctrl-C again to end at once\n"
 
 
-def _start_endless(folder: Path, words: list[str], endless: str) -> subprocess.Popen[str]:
-    """Start a command with an endless hook in a new process group."""
-    (folder / "part.py").write_text(ENDLESS_PART)
-    return subprocess.Popen(
-        [sys.executable, "-u", "-m", "baldwinlab", *words],
-        cwd=folder,
-        env=os.environ | {"ENDLESS": endless},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
+@pytest.fixture
+def start_endless(tmp_path: Path) -> Iterator[Callable[[list[str], str], subprocess.Popen[str]]]:
+    """Return a function that starts a command with an endless hook in a new process group."""
+    (tmp_path / "part.py").write_text(ENDLESS_PART)
+    with ExitStack() as processes:
+
+        def start(words: list[str], endless: str) -> subprocess.Popen[str]:
+            process = subprocess.Popen(
+                [sys.executable, "-u", "-m", "baldwinlab", *words],
+                cwd=tmp_path,
+                env=os.environ | {"ENDLESS": endless},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                start_new_session=True,
+            )
+            processes.callback(_kill_group, process.pid)
+            return process
+
+        yield start
+
+
+def _kill_group(group: int) -> None:
+    with suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGKILL)
 
 
 def _wait_for_line(process: subprocess.Popen[str], start: str) -> None:
     assert process.stdout is not None
-    lines = []
+    # An endless hook may print without end.
+    last_lines: deque[str] = deque(maxlen=20)
     for line in process.stdout:
         if line.startswith(start):
             return
-        lines.append(line)
-    pytest.fail(f"no line {start!r}: {lines}")
+        last_lines.append(line)
+    pytest.fail(f"no line {start!r}: {list(last_lines)}")
 
 
 def _has_processes(group: int) -> bool:
@@ -201,11 +224,18 @@ def _has_processes(group: int) -> bool:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-C", "SIGTERM"])
+@pytest.mark.parametrize(
+    ("number", "endless"),
+    [(signal.SIGINT, "compiled"), (signal.SIGTERM, "compiled"), (signal.SIGINT, "printing")],
+)
 def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
-    tmp_path: Path, number: signal.Signals
+    tmp_path: Path,
+    start_endless: Callable[[list[str], str], subprocess.Popen[str]],
+    number: signal.Signals,
+    endless: str,
 ) -> None:
-    process = _start_endless(tmp_path, ENDLESS_RUN, "compiled")
+    # A `print` of compiled code swallows an interruption that arrives while it writes.
+    process = start_endless(ENDLESS_RUN, endless)
     _wait_for_line(process, "running")
     process.send_signal(number)
     _wait_for_line(process, BLOCKED)
@@ -215,7 +245,7 @@ def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
     assert process.returncode == 130
     assert "Traceback" not in out
     assert not _has_processes(process.pid)
-    resumed = _start_endless(tmp_path, ENDLESS_RUN, "")
+    resumed = start_endless(ENDLESS_RUN, "")
     out, _ = resumed.communicate()
     assert resumed.returncode == 0, out
     assert bl.open_study(tmp_path / "study").runs("evo/A") == [0]
@@ -227,9 +257,12 @@ def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
     [(signal.SIGINT, "python"), (signal.SIGTERM, "python"), (signal.SIGINT, "compiled")],
 )
 def test_a_signal_ends_a_check_of_an_endless_hook_with_its_processes(
-    tmp_path: Path, number: signal.Signals, endless: str
+    tmp_path: Path,
+    start_endless: Callable[[list[str], str], subprocess.Popen[str]],
+    number: signal.Signals,
+    endless: str,
 ) -> None:
-    process = _start_endless(tmp_path, ["check", "part.py"], endless)
+    process = start_endless(["check", "part.py"], endless)
     if endless == "python":
         while not (tmp_path / "started").exists():
             assert process.poll() is None

@@ -27,12 +27,17 @@ NUMBER_TYPE_PATTERN: Final = re.compile(r"float64|int\d|uint\d|Literal\[int\]|bo
 COMPARISONS: Final = "< <= > >="
 
 
-def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> PartError | None:
-    """Return the error about the third-party hook that Numba cannot compile, or None."""
+def find_custom_hooks(hooks: Iterable[Callable[..., Any]]) -> list[FunctionType]:
+    """Return the hooks of third-party parts."""
     functions = [hook for hook in hooks if isinstance(hook, FunctionType)]
-    custom_hooks = [
+    return [
         hook for hook in functions if PACKAGE_FOLDER not in Path(hook.__code__.co_filename).parents
     ]
+
+
+def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> PartError | None:
+    """Return the error about the third-party hook that Numba cannot compile, or None."""
+    custom_hooks = find_custom_hooks(hooks)
     # Numba's message ends with the innermost error, which states the cause.
     plain_text = ANSI_COLOR.sub("", str(error))
     text = REASON_START.split(plain_text)[-1]

@@ -26,12 +26,13 @@ import numpy as np
 from numba.extending import overload
 
 from baldwinlab.engine import bitcode, cache
-from baldwinlab.engine.compile_errors import compile_error
+from baldwinlab.engine.compile_errors import compile_error, find_custom_hooks
 from baldwinlab.engine.fingerprint import python_of
 from baldwinlab.engine.inlining import Inlined
 from baldwinlab.engine.numba_internals import dispatchers
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.engine.numba_internals.pipeline import EntryCompiler, unrolling
+from baldwinlab.engine.threads import defer_interruptions
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -110,10 +111,16 @@ def _cached_jit(
                 # `compile_error` returns None if the error is not in a third-party hook.
                 except NumbaError as error:
                     raise compile_error(error, hooks) or error from None
-            compiled_functions[key] = dispatchers.find_compiled_function(dispatcher, types)
+            compiled_functions[key] = find_compiled_function(types)
         return compiled_functions[key](*arguments)
 
+    def find_compiled_function(types: tuple[Any, ...]) -> Callable[..., Any]:
+        machine_code = dispatchers.find_compiled_function(dispatcher, types)
+        # A `print` of a hook would swallow an interruption, or even crash.
+        return defer_interruptions()(machine_code) if find_custom_hooks(hooks) else machine_code
+
     call.dispatcher = dispatcher  # type: ignore[attr-defined]
+    call.find_compiled_function = find_compiled_function  # type: ignore[attr-defined]
     return call
 
 
@@ -133,11 +140,11 @@ def resolve_call(call: Callable[..., Any], *arguments: Any) -> Callable[..., Any
     The function must have been called with such arguments. Computing the types of the sixty arrays
     of a state takes a millisecond, which is the time of hundreds of steps.
     """
-    dispatcher = cast(Any, call).dispatcher
-    if not hasattr(dispatcher, "signatures"):
+    entry_point = cast(Any, call)
+    if not hasattr(entry_point.dispatcher, "signatures"):
         return call
-    types = dispatchers.find_argument_types(dispatcher, arguments)
-    return dispatchers.find_compiled_function(dispatcher, types)
+    types = dispatchers.find_argument_types(entry_point.dispatcher, arguments)
+    return cast(Callable[..., Any], entry_point.find_compiled_function(types))
 
 
 @contextmanager
