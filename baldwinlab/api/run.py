@@ -25,8 +25,8 @@ from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
-from baldwinlab.papers.worlds import name_maps
+from baldwinlab.papers.presets import LoadedExperiment, load_with_origin
+from baldwinlab.papers.worlds import find_factors
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.store import StudyStore
@@ -195,8 +195,8 @@ def _describe_too_few(
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.api.publish.comparisons import describe_planned, format_instruction
 
-    conditions = name_maps({experiment.name: experiment for experiment in experiments}, factors())
-    return describe_planned(conditions, runs, format_instruction(directory), baseline)
+    instruction = format_instruction(directory)
+    return describe_planned(find_factors(experiments), runs, instruction, baseline)
 
 
 @check_numbers

@@ -28,8 +28,8 @@ from baldwinlab.models.miniworld.backends.choice import (
     choose_backend,
     require_species_batch,
 )
-from baldwinlab.papers import Paper, presets, save_copy
-from baldwinlab.papers.worlds import name_maps
+from baldwinlab.papers import Paper, save_copy
+from baldwinlab.papers.worlds import find_factors
 from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.catalog import estimate_assays, get_assays, not_applicable_reasons
 from baldwinlab.studies.assays.results import assay_path, find_missing_assays
@@ -240,10 +240,7 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
     """Return the study in the directory. Create the study if it does not exist."""
     factors = request.factors
     if factors is None:
-        by_name = {experiment.name: experiment for experiment in request.experiments}
-        factors = (
-            request.paper.factors() if request.paper else name_maps(by_name, presets.factors())
-        )
+        factors = request.paper.factors() if request.paper else find_factors(request.experiments)
     study = create_study(
         request.directory,
         request.experiments,

@@ -16,7 +16,7 @@ from cyclopts import Parameter
 from baldwinlab._version import __version__
 from baldwinlab.cli.options import Json
 from baldwinlab.core import console, extras, resources
-from baldwinlab.core.files import find_files
+from baldwinlab.core.files import find_paths
 from baldwinlab.engine import cache
 from baldwinlab.engine.threads import available_cores
 
@@ -147,7 +147,7 @@ def _check_cache() -> DoctorFinding:
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
     cache_bytes = sum(
-        file.stat().st_size for file in find_files(folder, f"**/*{cache.CODE_SUFFIX}")
+        file.stat().st_size for file in find_paths(folder, f"**/*{cache.CODE_SUFFIX}")
     )
     return DoctorFinding(
         "compiled code", "well", f"{resources.format_bytes(cache_bytes)} in {folder}"

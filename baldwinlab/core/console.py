@@ -226,22 +226,23 @@ def own_stdout() -> Iterator[None]:
         return
     has_descriptor = previous is sys.__stdout__
     _Console.own_stdout = previous
-    sys.stdout = sys.stderr
     if has_descriptor:
         previous.flush()
         _Console.own_stdout = os.fdopen(
             os.dup(1), "w", encoding=previous.encoding, errors=previous.errors
         )
         os.dup2(2, 1)
-        # A part can close this stream, and stderr stays open.
+        # A part can close this stream, which leaves stderr open.
         sys.stdout = os.fdopen(
-            1,
+            2,
             "w",
             buffering=1,
-            encoding=previous.encoding,
+            encoding=sys.stderr.encoding,
             errors="backslashreplace",
             closefd=False,
         )
+    else:
+        sys.stdout = sys.stderr
     try:
         yield
     finally:

@@ -206,7 +206,7 @@ def list_names(folder: Path) -> dict[str, bool]:
         return {entry.name: entry.is_file() for entry in entries}
 
 
-def find_files(folder: Path, pattern: str) -> list[Path]:
+def find_paths(folder: Path, pattern: str) -> list[Path]:
     """Return the sorted paths below a folder that match a pattern, such as "**/*.nc".
 
     Links to folders are not followed. Without the folder, the list is empty.

@@ -183,7 +183,7 @@ def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
         for name in names:
             # The parts in BUILT_IN have no genes, and loading their classes would load the engine.
             is_built_in = name in registry.BUILT_IN[kind]
-            if not is_built_in and name in registry.names(kind):
+            if not is_built_in and registry.is_available(kind, name):
                 part = registry.find_class(kind, name)
                 if part.genes:
                     yield path, part

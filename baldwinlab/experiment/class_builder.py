@@ -120,7 +120,7 @@ def make_part(section: BaseModel, field: str, name: str, path: str) -> Any:
     table = vars(section).get(table_name(name))
     if isinstance(table, Fields):
         return table
-    if table is not None or name not in registry.names(kind):
+    if table is not None or not registry.is_available(kind, name):
         raise ExperimentError(
             f"{path} = {name!r} is a {kind} that is not loaded: {registry.PART_HINT}"
         )

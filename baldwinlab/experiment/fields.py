@@ -233,7 +233,7 @@ def _find_fields(location: Sequence[str | int], model: Any) -> Any:
             annotation = fields[step].annotation
             entry_types: tuple[Any, ...] = getattr(annotation, "__args__", (annotation,))
             model = entry_types[1] if get_origin(annotation) is dict else entry_types[0]
-    return getattr(model, "model_fields", getattr(model, "_fields", ()))
+    return getattr(model, "model_fields", {})
 
 
 class Row(NamedTuple):

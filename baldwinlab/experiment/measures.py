@@ -74,6 +74,12 @@ def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:
     return (species == 0).mean("agent").where(has_data)
 
 
+def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
+    """Return 1 for each run that ends with the first and other species, else 0 [run]."""
+    share = _final_share(runs)
+    return ((share > 0) & (share < 1)) * 1.0
+
+
 def _final_share(runs: xr.Dataset) -> xr.DataArray:
     """Return the share of the first species in the last generation, [run]."""
     return compute_first_species_share(runs).isel(generation=-1)
@@ -86,7 +92,7 @@ SPECIES_MEASURES: Final[Mapping[str, Measure]] = {
     ),
     "unresolved": Measure(
         "1 if the first species is neither fixed nor lost at the end of the run, else 0",
-        lambda runs: ((_final_share(runs) > 0) & (_final_share(runs) < 1)) * 1.0,
+        is_unresolved,
     ),
     "fixation-or-loss": Measure(
         "first generation in which the first species is fixed or lost",

@@ -210,6 +210,11 @@ def names(kind: str) -> list[str]:
     return [*package_parts(kind), *_CUSTOM_PARTS[kind]]
 
 
+def is_available(kind: str, name: str) -> bool:
+    """Return whether a part exists."""
+    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _CUSTOM_PARTS))
+
+
 def custom_parts() -> dict[tuple[str, str], type]:
     """Return the classes of the loaded custom parts, by kind and name."""
     return {

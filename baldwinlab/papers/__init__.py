@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from baldwinlab.core.file_writing import remove_file, write_atomically
-from baldwinlab.core.files import PAPER_FILE, find_files, read_bytes
+from baldwinlab.core.files import PAPER_FILE, find_paths, read_bytes
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.paths import look_up
@@ -43,7 +43,7 @@ COPY_FOLDER = "paper"
 @cache
 def built_in() -> dict[str, Paper]:
     """Return the papers of baldwinlab by name, the default first."""
-    folders = [path.parent for path in find_files(Path(__file__).parent, "*/paper.toml")]
+    folders = [path.parent for path in find_paths(Path(__file__).parent, "*/paper.toml")]
     papers = sorted(map(open_paper, folders), key=lambda paper: paper.name)
     # False is less than True, so the default comes first. The stable sort keeps the other names.
     papers.sort(key=lambda paper: paper.name != DEFAULT_PAPER)
@@ -80,10 +80,10 @@ def save_copy(paper: Paper, directory: Path) -> None:
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
         for pattern in patterns
-        for path in find_files(paper.folder, pattern)
+        for path in find_paths(paper.folder, pattern)
     }
     copy_folder = directory / COPY_FOLDER
-    for path in find_files(copy_folder, "**/*.toml"):
+    for path in find_paths(copy_folder, "**/*.toml"):
         remove_file(path)
     for name, content in files.items():
         write_atomically(copy_folder / name, content)

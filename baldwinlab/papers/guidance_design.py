@@ -46,7 +46,7 @@ class GuidanceGroup(DeclaredTable):
     quick_runs: int = Field(8, ge=2)
     # Numbers of common generations without learning after which innate fitness is measured.
     horizons: tuple[int, ...] = Field(min_length=1)
-    # Controls of `simulation.generations`, or of `learning.control` in MiniWorld.
+    # Controls of `simulation.noise_controls`, or of `learning.control` in MiniWorld.
     noise: tuple[NoiseKind, ...] = ()
     # Further conditions with noise instead of learning: the preset by the name of the condition.
     noise_presets: Mapping[str, str] = Field(default_factory=dict)

@@ -27,7 +27,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from baldwinlab.core.files import find_files
+from baldwinlab.core.files import find_paths
 from baldwinlab.core.names import PAPER_NAME, find_name_fault, list_names, read_stem, suggest
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
@@ -186,7 +186,7 @@ class Paper:
     @cached_property
     def _files_by_kind(self) -> dict[str, dict[str, Path]]:
         return {
-            kind: {read_stem(path): path for path in find_files(self.folder / kind, "*.toml")}
+            kind: {read_stem(path): path for path in find_paths(self.folder / kind, "*.toml")}
             for kind in PRESET_KINDS
         }
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -18,6 +18,7 @@ from baldwinlab import papers
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.conditions import YOUR_MAP, Factors
 from baldwinlab.experiment.file import iterate_file_tables
+from baldwinlab.papers import presets
 from baldwinlab.papers.design import join_map
 from baldwinlab.papers.paper import Paper
 
@@ -48,6 +49,12 @@ def name_maps(
             map_name = map_name or own_maps.setdefault(settings, YOUR_MAP + number)
             named[name] = named[name]._replace(map=map_name)
     return named
+
+
+def find_factors(experiments: Iterable[BaseExperiment]) -> dict[str, Factors]:
+    """Return the factors of experiments by name, from the presets and from the settings."""
+    by_name = {experiment.name: experiment for experiment in experiments}
+    return name_maps(by_name, presets.factors())
 
 
 @cache

@@ -20,7 +20,7 @@ from baldwinlab.core.files import (
     PARTIAL_SUFFIX,
     STUDY_FILE_NAME,
     enclosing_study,
-    find_files,
+    find_paths,
     is_local,
     is_study,
     list_names,
@@ -336,14 +336,14 @@ def remove_if_refused(directory: Path) -> Iterator[None]:
     if is_study(directory):
         yield
         return
-    before = set(find_files(directory, "**/*"))
+    before = set(find_paths(directory, "**/*"))
     missing_folders = _list_missing_folders(directory)
     try:
         yield
     except InterruptedStudyError:
         raise
     except Exception:
-        added = [path for path in find_files(directory, "**/*") if path not in before]
+        added = [path for path in find_paths(directory, "**/*") if path not in before]
         if not any(_is_result(path.relative_to(directory)) for path in added):
             _remove(directory, added, missing_folders)
         raise

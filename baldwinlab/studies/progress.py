@@ -20,7 +20,7 @@ from typing import Annotated, Final, NamedTuple, Self
 from pydantic import Field, TypeAdapter
 
 from baldwinlab.core.file_writing import remove_file
-from baldwinlab.core.files import RESULTS_FILE, find_files, parse_json, read_text
+from baldwinlab.core.files import RESULTS_FILE, find_paths, parse_json, read_text
 from baldwinlab.studies.records import write_in_study
 
 FILE_PREFIX: Final = ".running-"
@@ -143,7 +143,7 @@ class ProgressFile:
 
 def read_progress(directory: Path) -> Iterator[tuple[Path, ProcessProgress]]:
     """Yield the path and the content of the file of each process. Invalid files are skipped."""
-    for path in find_files(directory, f"{FILE_PREFIX}*.json"):
+    for path in find_paths(directory, f"{FILE_PREFIX}*.json"):
         with suppress(OSError, ValueError):
             content = parse_json(read_text(path, RESULTS_FILE))
             yield path, TypeAdapter(ProcessProgress).validate_python(content)

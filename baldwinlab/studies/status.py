@@ -21,7 +21,7 @@ from baldwinlab._version import __version__
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import (
     RESULTS_FILE,
-    find_files,
+    find_paths,
     is_local,
     open_file,
     parse_json,
@@ -180,7 +180,7 @@ def count_stored_runs(
     folder = condition_folder(directory, experiment.name)
     faults = [
         f"{path} was damaged; its runs are missing unless they were simulated again"
-        for path in find_files(folder, "*.damaged")
+        for path in find_paths(folder, "*.damaged")
     ]
     n_runs = n_complete = 0
     for file, stored_runs in assign_runs(list_record_files(folder)):

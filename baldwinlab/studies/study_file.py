@@ -169,7 +169,7 @@ def format_study(content: StudyFile) -> str:
     lines += ["", "[factors]"]
     for name, condition_factors in content.factors.items():
         lines.append(f'[factors."{name}"]')
-        for key, value in zip(FACTOR_NAMES, condition_factors, strict=False):
+        for key, value in condition_factors._asdict().items():
             if value:
                 lines.append(f"{key} = {json.dumps(value)}")
     return add_checksum("".join(f"{line}\n" for line in lines))

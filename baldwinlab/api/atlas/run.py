@@ -39,7 +39,7 @@ from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.papers.atlas_design import AtlasDesign, AtlasMap, Size, digest_atlas, read_atlas
 from baldwinlab.simulation.records import make_batch
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays import LIFE_KINDS, Sample, innate, neutral
+from baldwinlab.studies.assays import LIFE_KINDS, Sample, assimilation, innate
 from baldwinlab.studies.assays.catalog import get_assay
 from baldwinlab.studies.assays.fork import BRANCH_GENERATIONS, HISTORIES, POPULATION, REGIMES, Fork
 from baldwinlab.studies.creation import create_study, remove_if_refused
@@ -77,7 +77,7 @@ class CellTask(NamedTuple):
     def agent_steps(self) -> int:
         """Number of agent-steps of the runs, of their controls and of the measurements."""
         # The few lifetimes with drift are not counted.
-        lives_per_generation = len(LIFE_KINDS) - 1 + len(neutral.HISTORIES)
+        lives_per_generation = len(LIFE_KINDS) - 1 + len(assimilation.HISTORIES)
         lives = (
             2 * self.experiment.evolution.generations  # With and without learning.
             + lives_per_generation * len(choose_generations(self.experiment))
@@ -143,10 +143,10 @@ def measure_runs(
     )
     distances = _label(
         "assimilation",
-        neutral.measure_distances(learners, generations),
+        assimilation.measure_distances(learners, generations),
         run=list(runs),
         generation=generations,
-        history=list(neutral.HISTORIES),
+        history=list(assimilation.HISTORIES),
     )
     forked = _label(
         "fork",

@@ -27,7 +27,8 @@ from baldwinlab.models import Simulator
 from baldwinlab.models.kit import read_bits
 from baldwinlab.models.nk_climbers import landscape
 from baldwinlab.papers.guidance_design import Cell
-from baldwinlab.simulation.generations import Kind, NoiseControl, iterate_generations
+from baldwinlab.simulation.generations import iterate_generations
+from baldwinlab.simulation.noise_controls import Kind, NoiseControl
 from baldwinlab.studies.assays import Sample
 from baldwinlab.studies.assays.fork import MODE, copy_mode, fit_genomes
 
@@ -42,7 +43,7 @@ class Arm(NamedTuple):
     experiment: BaseExperiment
     # The arm has as many lifetimes as this number of generations of the learner.
     repetitions: int = 1
-    # Control of `NoiseControl`, if the simulator has one.
+    # Control of `simulation.noise_controls`, if the simulator has one.
     noise: Kind | None = None
 
     @property

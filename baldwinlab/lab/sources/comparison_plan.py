@@ -23,8 +23,7 @@ from baldwinlab.lab.sources.limits import check_comparison, check_comparison_run
 from baldwinlab.lab.sources.presets import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import BLOCK_WORLDS
-from baldwinlab.papers import presets
-from baldwinlab.papers.worlds import name_maps
+from baldwinlab.papers.worlds import find_factors
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
@@ -58,10 +57,9 @@ class ComparisonPlan(NamedTuple):
     @property
     def factors(self) -> dict[str, Factors]:
         """Return the learner and the map of each preset by name. Points of a sweep have none."""
-        by_name = {experiment.name: experiment for experiment in self.experiments}
         if self.kind == SWEEP:
-            return dict.fromkeys(by_name, Factors())
-        return name_maps(by_name, presets.factors())
+            return {experiment.name: Factors() for experiment in self.experiments}
+        return find_factors(self.experiments)
 
     @property
     def n_runs(self) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
-from baldwinlab.core.files import find_files, quote_path
+from baldwinlab.core.files import find_paths, quote_path
 from baldwinlab.core.names import suggest
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, Query, read_text
@@ -89,7 +89,7 @@ def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
 
 def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
     paper = papers.load_stored_paper(study.directory, study.paper)
-    for path in (paper.folder, *find_files(paper.folder, "**/*")):
+    for path in (paper.folder, *find_paths(paper.folder, "**/*")):
         studies.require_inside(lab.root, path)
     # The caller suppresses errors in these cached properties, so they are read here.
     paper.claims  # noqa: B018

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.core.files import find_files
+from baldwinlab.core.files import find_paths
 from baldwinlab.lab import Lab, MissingError, Query, read_text
 from baldwinlab.lab.sources.studies import (
     find_requested_condition,
@@ -95,7 +95,7 @@ def load_reaction_norms(lab: Lab, query: Query) -> bytes:
 
     study = find_study(lab, read_text(query, "study"))
     folder = study.directory / "assays" / "reaction"
-    versions = read_versions(lab.root, [folder, *find_files(folder, "**/*.nc")])
+    versions = read_versions(lab.root, [folder, *find_paths(folder, "**/*.nc")])
     return lab.cache.get_json(
         ("reaction", study.directory, versions), lambda: lab_results.read_reaction_norms(study)
     )

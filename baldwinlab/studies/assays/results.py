@@ -10,7 +10,7 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.files import ASSAY_FILE, find_files, parse_location, quote_path, read_bytes
+from baldwinlab.core.files import ASSAY_FILE, find_paths, parse_location, quote_path, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.conditions import Factors
@@ -63,7 +63,7 @@ def read_assays(
         folder = study.directory / "assays" / assay
         stored = [
             path.relative_to(folder).with_suffix("").as_posix()
-            for path in find_files(folder, "**/*.nc")
+            for path in find_paths(folder, "**/*.nc")
         ]
         # The conditions of the study come first. `read_assay` raises ValueError for others.
         in_study = [name for name in study.experiments if name in stored]

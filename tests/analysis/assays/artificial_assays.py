@@ -20,7 +20,7 @@ from baldwinlab.studies.assays import LIFE_KINDS
 from baldwinlab.studies.assays.canalization import WORLDS
 from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.assays.neutral import NEWBORNS as NEWBORNS_COMPARED
-from baldwinlab.studies.assays.reaction import LEARNING_FACTORS
+from baldwinlab.studies.assays.reaction_norms import LEARNING_FACTORS
 from baldwinlab.studies.store import StudyStore
 
 RUNS = 12

@@ -14,8 +14,8 @@ from baldwinlab.analysis.estimands.questions import classify
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.assays import LIFE_KINDS
+from baldwinlab.studies.assays.assimilation import HISTORIES
 from baldwinlab.studies.assays.fork import REGIMES
-from baldwinlab.studies.assays.neutral import HISTORIES
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 # Function of a generator and the numbers of runs of several systems. It returns the estimates of
