@@ -369,7 +369,7 @@ def test_a_traceback_shows_control_characters_of_third_party_text() -> None:
     code = """
 from baldwinlab import cli
 
-def fail(arguments):
+def fail(arguments, exit_on_error):
     raise RuntimeError("\\x1b]0;title\\x07[bold]\\u202e")
 
 cli.app = fail

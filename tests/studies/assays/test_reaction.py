@@ -39,7 +39,8 @@ def test_agents_are_assayed_on_the_second_map_of_the_study(study: StudyStore) ->
         world=study.experiments["evo+self-taught/B"].world
     )
     assert np.array_equal(
-        assayed_energy(study, condition, "map", "B"), simulated_energy(study, condition, on_map_b)
+        assayed_energy(study, condition, "map", "your map 2"),
+        simulated_energy(study, condition, on_map_b),
     )
     assay = open_assay(study.directory, "reaction", "evo/A")
     # The study has a single map for the condition `evo`.
