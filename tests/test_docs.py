@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from baldwinlab.papers import built_in
 from scripts import outputs
 from scripts.outputs import read_blocks
 
@@ -209,6 +210,34 @@ def test_the_front_page_has_the_counts_of_the_gallery() -> None:
     ) in front
     compared, repeated, share, _ = read_row(gallery, "all questions")
     assert f"{repeated} of the {compared} have the same verdict with both seeds ({share})" in front
+    compared, repeated, _, opposite = read_row(gallery, "claims of the papers")
+    assert (
+        f"Of {compared} claims of the papers, {repeated} have the same verdict with both seeds, "
+        f"and {opposite} have the opposite one." in front
+    )
+
+
+def test_the_front_page_counts_the_verdicts_on_the_pages_of_the_papers() -> None:
+    front = (ROOT / "README.md").read_text("utf-8")
+    verdicts: list[str] = []
+    papers = set()
+    for name, paper in built_in().items():
+        page = (paper.folder / "README.md").read_text("utf-8")
+        for claim in paper.claims:
+            if claim.kind == "paper":
+                row = re.search(rf"^\| {claim.id}: .* \| ([^|]+) \|$", page, re.MULTILINE)
+                assert row, (name, claim.id)
+                verdicts.append(row[1])
+                papers.add(name)
+    hold, fail, undecided = (
+        sum(verdict.startswith(word) for verdict in verdicts)
+        for word in ("holds", "does not hold", "undecided")
+    )
+    assert hold + fail + undecided == len(verdicts)
+    assert (
+        f"Of {len(verdicts)} claims of {len(papers)} papers, {hold} hold, {fail} do not hold and "
+        f"{undecided} are undecided." in front
+    )
 
 
 # Everyday words with a special sense, and words of this project.
