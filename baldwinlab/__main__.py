@@ -86,7 +86,9 @@ def _end_if_blocked(receiver: socket.socket) -> None:
     while number := receiver.recv(1):
         if number[0] not in (signal.SIGINT, signal.SIGTERM):
             continue
-        time.sleep(SECONDS_UNTIL_BLOCKED)
+        deadline = time.monotonic() + SECONDS_UNTIL_BLOCKED
+        while not _is_handled and time.monotonic() < deadline:
+            time.sleep(RETRY_SECONDS)
         if _is_handled:
             _is_handled = False
             continue

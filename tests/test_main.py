@@ -143,9 +143,6 @@ def test_a_signal_during_a_destructor_stops_a_command(tmp_path: Path) -> None:
 # plain Python if it is "python". A file tells the test that plain Python has begun.
 ENDLESS_PART = """
 import os
-from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
 from pathlib import Path
 from baldwinlab.parts import Fitness
 
@@ -176,9 +173,11 @@ ENDLESS_RUN = [
 ]
 BLOCKED = "baldwinlab: waiting for compiled code; press Ctrl-C again to end at once\n"
 
+StartEndless = Callable[[list[str], str], subprocess.Popen[str]]
+
 
 @pytest.fixture
-def start_endless(tmp_path: Path) -> Iterator[Callable[[list[str], str], subprocess.Popen[str]]]:
+def start_endless(tmp_path: Path) -> Iterator[StartEndless]:
     """Return a function that starts a command with an endless hook in a new process group."""
     (tmp_path / "part.py").write_text(ENDLESS_PART)
     with ExitStack() as processes:
@@ -230,7 +229,7 @@ def _has_processes(group: int) -> bool:
 )
 def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
     tmp_path: Path,
-    start_endless: Callable[[list[str], str], subprocess.Popen[str]],
+    start_endless: StartEndless,
     number: signal.Signals,
     endless: str,
 ) -> None:
@@ -258,7 +257,7 @@ def test_a_second_signal_ends_a_run_whose_hook_is_endless_and_the_study_resumes(
 )
 def test_a_signal_ends_a_check_of_an_endless_hook_with_its_processes(
     tmp_path: Path,
-    start_endless: Callable[[list[str], str], subprocess.Popen[str]],
+    start_endless: StartEndless,
     number: signal.Signals,
     endless: str,
 ) -> None:
