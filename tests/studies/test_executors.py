@@ -21,6 +21,7 @@ from dask import config as dask_config
 from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation import memory
 from baldwinlab.studies.assays.catalog import load_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
@@ -77,6 +78,9 @@ def pause(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], None]:
     """Return a function: executors do not store all records of a folder before the test goes on."""
 
     def pause_executors(directory: Path) -> None:
+        # The threads share a writer. With files of several runs, it would store all runs at the end
+        # of the last one, so that it would wait for a test that waits for it.
+        monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 1)
         pause_writes(monkeypatch, directory, 1)
         # The client submits the next task after the test has seen the end of the last one.
         monkeypatch.setattr(dask, "TASKS_PER_WAVE", 1)
@@ -187,12 +191,11 @@ def test_an_interrupted_study_resumes_with_a_different_executor(
     monkeypatch.undo()
     before = read_records(study.directory)
     list(simulated_steps(second, study, runs=12))
-    expected = read_records(
-        make_small_study(tmp_path / "whole", [shorten_preset("evo/A")], runs=12).directory
-    )
     assert 0 < len(before) < 12
-    assert read_records(study.directory) == expected
-    assert before.items() <= expected.items()
+    assert before.items() <= read_records(study.directory).items()
+    whole = make_small_study(tmp_path / "whole", [shorten_preset("evo/A")], runs=12)
+    for run in range(12):
+        xr.testing.assert_identical(study.record("evo/A", run), whole.record("evo/A", run))
 
 
 @pytest.mark.nightly
