@@ -12,24 +12,28 @@ from collections.abc import Sequence
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from threading import RLock
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
-__all__ = ["pd", "register_environments", "stats", "xr"]
+__all__ = ["import_netcdf_reader", "pd", "register_environments", "stats", "xr"]
 
 GYMNASIUM: Final = "gymnasium"
 ENVIRONMENT: Final = "baldwinlab/Forager-v0"
 _FUNCTIONS_MODULE: Final = "baldwinlab.api.integrations.gymnasium"
 
 
-class _DeferredModule(ModuleType):
-    """A module that is imported when an attribute of it is read.
+# One thread imports at a time. The libraries import each other, and two threads that wait for each
+# other's module get one that is not complete, which raises ImportError.
+_LOCK: Final = RLock()
 
-    Several threads may read attributes: the import system locks a module.
-    """
+
+class _DeferredModule(ModuleType):
+    """A module that is imported when an attribute of it is read. Several threads may read."""
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(import_module(self.__name__), name)
+        with _LOCK:
+            return getattr(import_module(self.__name__), name)
 
 
 if TYPE_CHECKING:
@@ -40,6 +44,12 @@ else:
     pd = _DeferredModule("pandas")
     stats = _DeferredModule("scipy.stats")
     xr = _DeferredModule("xarray")
+
+
+def import_netcdf_reader() -> None:
+    """Import the reader of netCDF files, which xarray imports when it reads a file."""
+    with _LOCK:
+        import_module("scipy.io")
 
 
 def register_environments() -> None:

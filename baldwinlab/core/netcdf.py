@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
+from baldwinlab.core.deferred import import_netcdf_reader, xr
 from baldwinlab.core.errors import BaldwinLabError
 
 # The checksum is within this number of bytes at the beginning of a file.
@@ -109,10 +109,11 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
 
     For a small file, this is much faster than `from_bytes`. Raises the same DamagedError.
     """
+    _require_no_rows(raw)
+    import_netcdf_reader()
     # Imported late: few commands read files in this way, and the import takes half a second.
     from scipy.io import netcdf_file
 
-    _require_no_rows(raw)
     try:
         file = netcdf_file(io.BytesIO(raw), mmap=False)
         attributes = _decode_attributes(file)
@@ -120,6 +121,9 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
             name: xr.Variable(variable.dimensions, variable.data, _decode_attributes(variable))
             for name, variable in file.variables.items()
         }
+    # These errors are those of the installation and of the machine, and not of the file.
+    except (ImportError, MemoryError):
+        raise
     # The reader raises any kind of error for invalid bytes.
     except Exception as error:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
@@ -139,12 +143,16 @@ def from_bytes(raw: bytes) -> xr.Dataset:
     Raises DamagedError for bytes that are not netCDF.
     """
     _require_no_rows(raw)
+    import_netcdf_reader()
     try:
         data = xr.load_dataset(io.BytesIO(raw), engine="scipy")
         # Texts are read as objects (kind "O") or as bytes (kind "S").
         texts = {
             name: data[name].astype(str) for name in data.coords if data[name].dtype.kind in "OS"
         }
+    # These errors are those of the installation and of the machine, and not of the file.
+    except (ImportError, MemoryError):
+        raise
     # The reader raises any kind of error for invalid bytes.
     except Exception as error:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
+from types import ModuleType
+from unittest.mock import patch
 
 import pytest
 import xarray
 
+from baldwinlab.core import deferred
 from baldwinlab.core.deferred import pd, xr
 
 CODE = """
@@ -26,6 +31,25 @@ def test_a_module_is_imported_when_it_is_used() -> None:
 def test_attributes_are_those_of_the_module() -> None:
     assert xr.Dataset is xarray.Dataset
     assert pd.DataFrame.__module__.startswith("pandas")
+
+
+def test_one_thread_imports_at_a_time() -> None:
+    """Two threads in modules that import each other would get an incomplete module."""
+    lengths: list[int] = []
+    importing: list[str] = []
+
+    def import_slowly(name: str) -> ModuleType:
+        importing.append(name)
+        lengths.append(len(importing))
+        time.sleep(0.02)
+        importing.remove(name)
+        return ModuleType(name)
+
+    with patch.object(deferred, "import_module", import_slowly), ThreadPoolExecutor(4) as pool:
+        tasks = [pool.submit(deferred.import_netcdf_reader) for _ in range(2)]
+        tasks += [pool.submit(getattr, module, "__doc_", None) for module in (pd, xr)]
+        wait(tasks)
+    assert lengths == [1, 1, 1, 1]
 
 
 @pytest.mark.parametrize("imports", ["baldwinlab, gymnasium", "gymnasium, baldwinlab", "gymnasium"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import xarray as xr
 from baldwinlab.core.netcdf import (
     DamagedError,
     LabeledArray,
+    decode_variables,
     encode_netcdf,
     from_bytes,
     to_bytes,
@@ -90,3 +92,12 @@ def test_a_file_without_content_is_valid() -> None:
 def test_an_integer_of_more_than_32_bits_is_refused() -> None:
     with pytest.raises(ValueError, match="cannot store int64 as int32"):
         encode_netcdf({"x": LabeledArray(("i",), np.array([2**40]))}, {})
+
+
+@pytest.mark.parametrize("error", [ImportError, MemoryError])
+def test_an_error_of_the_machine_is_no_damaged_file(error: type[Exception]) -> None:
+    raw = to_bytes(xr.Dataset({"height": ("person", np.arange(2.0))}))
+    with patch.object(xr, "load_dataset", side_effect=error), pytest.raises(error):
+        from_bytes(raw)
+    with patch("scipy.io.netcdf_file", side_effect=error), pytest.raises(error):
+        decode_variables(raw)

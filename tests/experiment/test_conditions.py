@@ -17,10 +17,8 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import make_small_study, shorten_preset
+from tests.small_studies import make_small_study, shorten_paper
 from tests.worlds import make_small_experiment
-
-PAPER_CONDITIONS = ["evo/A", "evo+self-taught/A", "evo/B"]
 
 
 def test_factors_are_stored_and_opened_as_coordinates(tmp_path: Path) -> None:
@@ -85,8 +83,9 @@ def test_invalid_factors_are_refused_in_one_sentence(
 
 @pytest.mark.nightly
 def test_the_report_of_a_study_has_maps_and_learners(tmp_path: Path) -> None:
-    names = [*PAPER_CONDITIONS, "mine/A"]
-    experiments = [shorten_preset().replace(name=name) for name in names]
+    paper_conditions = shorten_paper()
+    mine = paper_conditions[0].replace(name="mine/A")
+    experiments = [*paper_conditions, mine]
     study = make_small_study(tmp_path, experiments, runs=1)
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"][:2] == ("evo+self-taught", "A")

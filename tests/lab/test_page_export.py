@@ -256,9 +256,7 @@ def test_each_run_is_a_line_that_opens_its_world(page: Page) -> None:
     highest = best.index(max(best))
     for _ in range(8):
         plot.press("ArrowUp")
-    expect(status).to_have_text(
-        f"best agent, run {highest}, generation 2: {format_value(best[highest])}"
-    )
+    expect(status).to_have_text(f"best agent, run {highest}, generation 2: {best[highest]}")
     plot.press("Home")
     while not re.match(r"best agent, run 1,", status.inner_text()):
         plot.press("ArrowUp")
@@ -269,11 +267,6 @@ def test_each_run_is_a_line_that_opens_its_world(page: Page) -> None:
     expect(page).to_have_url(re.compile("lines=each"))
     page.reload()
     expect(page.get_by_test_id("each-run")).to_be_checked()
-
-
-def format_value(number: int) -> str:
-    """Return a number as a chart shows it."""
-    return str(number) if number == 0 or number >= 100 else f"{number:.1f}"
 
 
 @pytest.mark.nightly

@@ -169,11 +169,11 @@ def test_real_valued_inputs_are_shown_as_numbers_and_highlighted(
     open_world(page, f"{SELF_TAUGHT}&step={step}&agent=3")
     sensors = page.locator(".sensor")
     numbers = [
-        f"{name} {value:.2f}"
+        f"{name} {value:.3g}"
         for name, value in zip(("angle", "distance", "smell left"), sensor[step, 3:6], strict=True)
     ]
     expect(sensors).to_have_text(
-        ["left", "front", "right", *numbers, f"smell right {sensor[step, 6]:.2f}"]
+        ["left", "front", "right", *numbers, f"smell right {sensor[step, 6]:.3g}"]
     )
     expect(sensors.nth(5)).to_have_class("sensor lit")
     expect(find(page, "responses")).to_be_hidden()
