@@ -207,7 +207,7 @@ def write_exclusively(path: Path, content: bytes) -> None:
 
 
 def append_line(path: Path, line: str, kind: FileKind) -> None:
-    """Append a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
+    """Append a line to a file. Raise as `atomic_path`, and RefusedError for a link or a pipe.
 
     A file in remote storage cannot grow, so the function writes the complete file again. It also
     writes a file with a second hard link again, because the content of that link must not change.
@@ -215,6 +215,9 @@ def append_line(path: Path, line: str, kind: FileKind) -> None:
     require_inside_study(path)
     if is_local(path) and path.is_symlink():
         raise RefusedError(f"{path} cannot be written: it is a link. Remove it.")
+    # Opening a pipe without a reader would wait without end.
+    if is_local(path) and path.exists() and not path.is_file():
+        raise RefusedError(f"{path} cannot be written: it is no regular file. Remove it.")
     has_second_link = is_local(path) and path.exists() and path.stat().st_nlink > 1
     if is_local(path) and not has_second_link:
         with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:

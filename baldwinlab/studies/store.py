@@ -260,6 +260,8 @@ class StudyStore:
         sessions = self.directory / SESSIONS_FILE_NAME
         if is_local(sessions) and sessions.is_symlink():
             raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
+        if is_local(sessions) and sessions.exists() and not sessions.is_file():
+            raise RefusedError(f"{sessions} cannot be written: it is no regular file; remove it")
         for path in (*paths, sessions):
             require_writable_path(path)
 

@@ -138,6 +138,22 @@ def test_a_study_opened_through_a_link_is_written_to(tmp_path: Path) -> None:
     assert len(read_records(tmp_path / "disk" / "study")) == 2
 
 
+def test_sessions_that_are_a_pipe_are_refused_before_a_run(
+    command: Command, tmp_path: Path
+) -> None:
+    """Opening a pipe for writing waits for a reader."""
+    study = make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
+    sessions = study.directory / "sessions.jsonl"
+    sessions.unlink()
+    os.mkfifo(sessions)
+    done = command("run", str(study.directory), "--runs", "2")
+    assert done.code == 2
+    assert "sessions.jsonl cannot be written: it is no regular file; remove it" in done.err
+    assert len(read_records(study.directory)) == 1
+    with pytest.raises(RefusedError, match="it is no regular file"):
+        append_line(sessions, "{}", SESSIONS_FILE)
+
+
 def test_a_report_does_not_write_through_a_link(
     command: Command, tmp_path: Path, outside: Path
 ) -> None:

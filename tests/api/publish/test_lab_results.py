@@ -85,6 +85,12 @@ def test_each_run_has_a_row_with_a_value_for_each_column(tmp_path: Path) -> None
         assert row["best"] == best.sel(condition=row["condition"], run=row["run"])
 
 
+def test_a_run_that_was_stored_after_the_data_were_read_has_no_row(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path / "it", runs=2)
+    data = open_sample(study, list(study.experiments)).isel(run=[0])
+    assert {row["run"] for row in record_runs(study, data)["rows"]} == {0}
+
+
 def test_numbers_start_with_the_largest_and_texts_with_the_first(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "it", runs=1)
     table = record_runs(study, open_sample(study, list(study.experiments)))
