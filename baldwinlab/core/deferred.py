@@ -47,9 +47,11 @@ else:
 
 
 def import_netcdf_reader() -> None:
-    """Import the reader of netCDF files, which xarray imports when it reads a file."""
+    """Import what xarray imports when it reads a netCDF file: the reader, and Dask if installed."""
     with _LOCK:
         import_module("scipy.io")
+        if find_spec("dask") is not None:
+            import_module("dask.base")
 
 
 def register_environments() -> None:

@@ -49,7 +49,8 @@ def test_one_thread_imports_at_a_time() -> None:
         tasks = [pool.submit(deferred.import_netcdf_reader) for _ in range(2)]
         tasks += [pool.submit(getattr, module, "__doc_", None) for module in (pd, xr)]
         wait(tasks)
-    assert lengths == [1, 1, 1, 1]
+    assert len(lengths) >= 4
+    assert {*lengths} == {1}
 
 
 @pytest.mark.parametrize("imports", ["baldwinlab, gymnasium", "gymnasium, baldwinlab", "gymnasium"])
