@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
@@ -50,8 +51,14 @@ def import_netcdf_reader() -> None:
     """Import what xarray imports when it reads a netCDF file: the reader, and Dask if installed."""
     with _LOCK:
         import_module("scipy.io")
-        if find_spec("dask") is not None:
+        if _has_dask():
             import_module("dask.base")
+
+
+@cache
+def _has_dask() -> bool:
+    """Return whether Dask is installed. A search in each read of a file would take time."""
+    return find_spec("dask") is not None
 
 
 def register_environments() -> None:

@@ -206,6 +206,17 @@ def write_exclusively(path: Path, content: bytes) -> None:
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
 
 
+def require_appendable(path: Path) -> None:
+    """Raise RefusedError if a local file is a link or no regular file."""
+    if not is_local(path):
+        return
+    if path.is_symlink():
+        raise RefusedError(f"{path} cannot be written: it is a link; remove it")
+    # Opening a pipe without a reader would wait without end.
+    if path.exists() and not path.is_file():
+        raise RefusedError(f"{path} cannot be written: it is no regular file; remove it")
+
+
 def append_line(path: Path, line: str, kind: FileKind) -> None:
     """Append a line to a file. Raise as `atomic_path`, and RefusedError for a link or a pipe.
 
@@ -213,11 +224,7 @@ def append_line(path: Path, line: str, kind: FileKind) -> None:
     writes a file with a second hard link again, because the content of that link must not change.
     """
     require_inside_study(path)
-    if is_local(path) and path.is_symlink():
-        raise RefusedError(f"{path} cannot be written: it is a link. Remove it.")
-    # Opening a pipe without a reader would wait without end.
-    if is_local(path) and path.exists() and not path.is_file():
-        raise RefusedError(f"{path} cannot be written: it is no regular file. Remove it.")
+    require_appendable(path)
     has_second_link = is_local(path) and path.exists() and path.stat().st_nlink > 1
     if is_local(path) and not has_second_link:
         with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:

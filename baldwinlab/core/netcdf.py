@@ -14,7 +14,8 @@ from __future__ import annotations
 import hashlib
 import io
 import re
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -114,21 +115,27 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
     # Imported late: few commands read files in this way, and the import takes half a second.
     from scipy.io import netcdf_file
 
-    try:
+    with _report_damage():
         file = netcdf_file(io.BytesIO(raw), mmap=False)
         attributes = _decode_attributes(file)
         variables: dict[Hashable, xr.Variable] = {
             name: xr.Variable(variable.dimensions, variable.data, _decode_attributes(variable))
             for name, variable in file.variables.items()
         }
+    attributes.pop("checksum", None)
+    return attributes, variables
+
+
+@contextmanager
+def _report_damage() -> Iterator[None]:
+    """Raise DamagedError for an error of a reader, which raises any kind for invalid bytes."""
+    try:
+        yield
     # These errors are those of the installation and of the machine, and not of the file.
     except (ImportError, MemoryError):
         raise
-    # The reader raises any kind of error for invalid bytes.
     except Exception as error:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
-    attributes.pop("checksum", None)
-    return attributes, variables
 
 
 def _decode_attributes(owner: Any) -> dict[str, Any]:
@@ -144,18 +151,12 @@ def from_bytes(raw: bytes) -> xr.Dataset:
     """
     _require_no_rows(raw)
     import_netcdf_reader()
-    try:
+    with _report_damage():
         data = xr.load_dataset(io.BytesIO(raw), engine="scipy")
         # Texts are read as objects (kind "O") or as bytes (kind "S").
         texts = {
             name: data[name].astype(str) for name in data.coords if data[name].dtype.kind in "OS"
         }
-    # These errors are those of the installation and of the machine, and not of the file.
-    except (ImportError, MemoryError):
-        raise
-    # The reader raises any kind of error for invalid bytes.
-    except Exception as error:
-        raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
     data.attrs.pop("checksum", None)
     return data.assign_coords(texts)
 

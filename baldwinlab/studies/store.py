@@ -27,11 +27,11 @@ from typing import Any
 from pydantic import BaseModel
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import (
     append_line,
     remove_abandoned,
     remove_file,
+    require_appendable,
     require_writable_path,
     write_atomically,
 )
@@ -258,10 +258,7 @@ class StudyStore:
     def require_writable(self, paths: Iterable[Path]) -> None:
         """Raise RefusedError if one of these files of the study cannot be written."""
         sessions = self.directory / SESSIONS_FILE_NAME
-        if is_local(sessions) and sessions.is_symlink():
-            raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
-        if is_local(sessions) and sessions.exists() and not sessions.is_file():
-            raise RefusedError(f"{sessions} cannot be written: it is no regular file; remove it")
+        require_appendable(sessions)
         for path in (*paths, sessions):
             require_writable_path(path)
 

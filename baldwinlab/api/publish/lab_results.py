@@ -141,8 +141,8 @@ def read_run_curves(
         return {}
     data = open_conditions(study, [condition])
     curves = fitness.MEASURES[measure](data).sel(condition=condition)
-    read_runs = set(data["run"].values.tolist())
-    return {str(run): to_list(curves.sel(run=run)) for run in runs if run in read_runs}
+    runs_in_data = set(data["run"].values.tolist())
+    return {str(run): to_list(curves.sel(run=run)) for run in runs if run in runs_in_data}
 
 
 def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
@@ -261,9 +261,9 @@ def record_runs(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     numbers = _list_values(data)
     rows: list[dict[str, Any]] = []
     # Another process may have stored further runs since `data` was read.
-    read_runs = set(data["run"].values.tolist())
+    runs_in_data = set(data["run"].values.tolist())
     for name in data["condition"].values.tolist():
-        runs = [run for run in sample_runs(study, name) if run in read_runs]
+        runs = [run for run in sample_runs(study, name) if run in runs_in_data]
         values = [
             to_list(column.values.sel(condition=name, run=runs)) for column in numbers.values()
         ]
